@@ -1,4 +1,5 @@
-//! Checkpoints of a cell-based gas.
+//! Checkpoint of a DSMC run: simulators, clock, counters and ledgers, from which it resumes to the
+//! same bytes.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::ParticleModel;
@@ -10,14 +11,16 @@ use crate::particle::{DisplacementTracking, SimulatorOf, Untracked};
 use crate::start_means::Means;
 use crate::tally::{CollisionCounters, EnergyUnit, StepBounds};
 
-/// State from which a run continues to the same bytes.
+/// Checkpoint of a DSMC run: all data, besides its parameters, from which it resumes to the same
+/// bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct DsmcCheckpoint<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracked> {
     pub(crate) time: f64,
-    /// Displacement of the box above in a shear flow \[length\]; 0 without one.
+    /// Displacement along the flow of the periodic image above in a shear flow \[length\]; 0
+    /// without shear.
     pub(crate) offset: f64,
-    /// Simulators in the order of their cells.
+    /// Simulators of the gas, in the order of their cells.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
     pub(crate) stock: StepBounds<P::Space>,
     pub(crate) unit: EnergyUnit,
@@ -25,12 +28,12 @@ pub struct DsmcCheckpoint<P: ParticleModel, F: DisplacementTracking<P::Space> = 
     pub(crate) arm: ContactDistance,
     pub(crate) ledgers: Ledgers<P::Space>,
     pub(crate) means: Means,
-    /// Weight factors of regions that follow the number of simulators; empty where none do.
+    /// Weight factors of regions, if they adapt to the number of simulators; empty otherwise.
     pub(crate) factors: Vec<f64>,
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcCheckpoint<P, F> {
-    /// Sets the simulators, in the order of their cells.
+    /// Sets the simulators of the checkpoint, in the order of their cells.
     pub(crate) fn hold(&mut self, simulators: Vec<SimulatorOf<P, F>>) {
         self.simulators = simulators;
     }
@@ -41,7 +44,7 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Returns the state from which the run continues to the same bytes.
+    /// Returns a checkpoint of the current gas, from which the run resumes to the same bytes.
     pub fn checkpoint(&self) -> DsmcCheckpoint<P, F> {
         DsmcCheckpoint {
             simulators: self.ordered().copied().collect(),
@@ -49,7 +52,8 @@ where
         }
     }
 
-    /// Returns the state of the run without its simulators.
+    /// Returns a checkpoint of the run without its simulators: clock, counters, ledgers and
+    /// adaptive parameters.
     pub(crate) fn without_simulators(&self) -> DsmcCheckpoint<P, F> {
         DsmcCheckpoint {
             time: self.time,
@@ -67,7 +71,8 @@ where
         }
     }
 
-    /// Restores the state of a checkpoint of the same gas, except the simulators.
+    /// Restores clock, counters, ledgers and adaptive parameters from a checkpoint of the same run,
+    /// but not the simulators.
     pub(crate) fn take_over(&mut self, checkpoint: DsmcCheckpoint<P, F>) {
         (self.time, self.stock, self.unit) = (checkpoint.time, checkpoint.stock, checkpoint.unit);
         (self.tally, self.arm) = (checkpoint.tally, checkpoint.arm);

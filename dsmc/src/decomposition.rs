@@ -1,4 +1,5 @@
-//! Domain decomposition: one gas held by several processes, and the messages between them.
+//! Domain decomposition: the tiles of one gas are held by several processes, which exchange
+//! messages in each time step.
 //!
 //! The box is cut into blocks of tiles, one for each process ([`owners`]). A process treats its
 //! tiles as if it were alone; particles that leave for a tile of another process migrate after the

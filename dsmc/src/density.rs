@@ -1,4 +1,5 @@
-//! Local packing fraction, and chi: the factor by which density raises the collision rate.
+//! Local packing fraction in a window of cells around each cell, and the contact value chi by which
+//! density raises the collision rate.
 
 mod windows;
 
@@ -12,21 +13,23 @@ use crate::scheme::{DensityWindow, Neighbourhood, PartnerSelection, Scheme};
 
 pub(crate) use windows::{CellLayers, CutWindow, CutWindows, WindowCentre, WindowMember};
 
-/// Number of cell lines that one thread sums in turn.
+/// Number of lines of cells whose window sums one thread computes in turn.
 const BLOCK: usize = 16;
 
-/// Weights of the cells in a density window.
+/// Weights of the cells in the window of the local packing fraction: equal or triangular.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DensityKernel {
-    /// Equal weights of all cells.
+    /// Top-hat window: equal weights of all cells.
     Flat,
-    /// Weights n + 1 - j at a distance of j cells along each axis, of n on each side. Their Fourier
-    /// transform is nowhere negative, so a dense gas does not form waves as short as the window.
+    /// Triangular window: weight n + 1 - j at a distance of j cells along each axis, of n on each
+    /// side. Its Fourier transform is nowhere negative, so a dense gas does not form waves as short
+    /// as the window.
     Triangle,
 }
 
 impl DensityKernel {
-    /// Weight of a cell `away` cells from the centre along one axis, for a half width `reach`.
+    /// Returns the weight of a cell in the window along one axis, `away` cells from the centre, for
+    /// the half width `reach` \[cells\].
     #[inline(always)]
     fn along(self, reach: usize, away: usize) -> usize {
         match self {
@@ -36,86 +39,98 @@ impl DensityKernel {
     }
 }
 
-/// Largest number of entries in the table of chi; beyond it, in huge cells, chi is computed.
+/// Largest number of entries in the table of contact values chi; in windows with more particles,
+/// chi is computed each time.
 const LARGEST_TABLE: u32 = 1 << 14;
 
-/// Local packing fraction and chi in each cell, from the area or volume covered in its density
-/// window.
+/// Local packing fraction and contact value chi of each cell, from the area or volume that
+/// particles cover in its window of cells.
 pub(crate) struct Density<S: Space> {
     scheme: Scheme,
     limit: f64,
-    /// Values of chi by the number of units in the window. For equal particles the covered area is
-    /// a whole number of units, so chi is looked up.
+    /// Contact value chi by the number of units in the window, where a unit is the area or volume
+    /// of a largest particle. For equal particles this is a whole number, so chi is looked up.
     table: Vec<f64>,
-    /// Packing fraction of one unit in the window.
+    /// Packing fraction that one unit, the area or volume of a largest particle, contributes to a
+    /// window.
     unit: f64,
-    /// Half widths of the window along each axis \[cells\].
+    /// Half width of the density window along each axis \[cells\]; 0 for a single cell.
     reach: [usize; 3],
     weighing: DensityKernel,
     mean: Option<f64>,
     mean_packing: f64,
     counts: [usize; 3],
-    /// Units in the 2n + 1 cells along the first axis around each cell; whole numbers up to 2^24
-    /// are exact. Empty for single-cell windows.
+    /// Area or volume of particles, in units of a largest particle, in the part of the density
+    /// window along the first axis, for each cell; whole numbers up to 2^24 are exact. Empty for
+    /// single-cell windows.
     lines: Vec<f32>,
-    /// Covered units in the whole density window of each cell.
+    /// Area or volume that particles cover in the whole density window of each cell, in units of a
+    /// largest particle.
     sums: Vec<f32>,
-    /// Axes along which the box is not periodic; windows end at its faces.
+    /// True for each axis along which the box is not periodic, so that density windows end at its
+    /// faces.
     bounded: [bool; 3],
-    /// Displacement of the rows above the box in a shear flow \[columns\].
+    /// Displacement of the periodic image above in a shear flow, in whole columns of cells.
     offset: usize,
-    /// Reduction of the window's volume by boundaries, by cell; empty without boundaries.
+    /// Factors for the volume that boundaries take from the density window of each cell; empty
+    /// without boundaries.
     crowding: Vec<FreeVolumeFactors>,
-    /// Windows cut by obstacles; `None` without obstacles.
+    /// Density windows cut by obstacles; `None` without obstacles.
     cut_windows: Option<CutWindows>,
     space: std::marker::PhantomData<S>,
 }
 
-/// Factors by which boundaries make a window denser than its number of particles says.
+/// Free-volume factors: how much denser boundaries make a density window than its number of
+/// particles says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FreeVolumeFactors {
-    /// Volume of the window over the volume that particle bodies can occupy; for packing fractions.
+    /// Volume of the density window over the part that particle bodies can cover, for packing
+    /// fractions.
     pub(crate) bodies: f64,
-    /// Volume that particle bodies can occupy over that open to their centres; for number
+    /// Volume that particle bodies can cover over the volume open to their centres, for number
     /// densities.
     pub(crate) centres: f64,
 }
 
 impl FreeVolumeFactors {
-    /// Corrections of the density in a window without boundaries: none.
+    /// Free-volume factors of a window without boundaries: all one.
     pub(crate) const NONE: Self = Self {
         bodies: 1.0,
         centres: 1.0,
     };
 }
 
-/// Properties of the gas that [`Density::new`] needs.
+/// Properties of gas and grid from which the local density, [`Density::new`], is set up.
 pub(crate) struct DensityInput {
-    /// Upper limit of chi.
+    /// Upper limit of the contact value chi.
     pub(crate) limit: f64,
-    /// Number of cells along each axis.
+    /// Number of cells of the box along each axis.
     pub(crate) counts: [u32; 3],
-    /// Area or volume of a cell \[length^D\].
+    /// Area or volume of a cell of the grid \[length^D\].
     pub(crate) cell: f64,
-    /// Narrowest side of a cell \[length\].
+    /// Least side of a cell of the grid \[length\].
     pub(crate) width: f64,
-    /// Mean diameter \[length\].
+    /// Mean particle diameter \[length\].
     pub(crate) diameter: f64,
     pub(crate) simulators_per_particle: f64,
-    /// Unit of the covered area or volume: the largest particle times particles per simulator
-    /// \[length^D\].
+    /// Unit in which covered area or volume is counted: that of the largest particle times
+    /// particles per simulator \[length^D\].
     pub(crate) unit: f64,
     /// Packing fraction of the whole box.
     pub(crate) packing_fraction: f64,
-    /// Axes along which the box is not periodic.
+    /// True for each axis along which the box is not periodic.
     pub(crate) bounded: [bool; 3],
-    /// True if particles are equal and the box has no boundaries.
+    /// True if all particles are equal and the box has no boundaries.
     pub(crate) is_plain: bool,
 }
 
-/// Half width of the density window and its weights; `None` for the mean of the box, or where
-/// density does not matter.
-fn window(scheme: Scheme, gas: &DensityInput, dimension: usize) -> Option<(u32, DensityKernel)> {
+/// Returns half width \[cells\] and weights of a scheme's density window; `None` for the mean of
+/// the whole box, or where density does not matter.
+fn density_window(
+    scheme: Scheme,
+    gas: &DensityInput,
+    dimension: usize,
+) -> Option<(u32, DensityKernel)> {
     let (cell, diameter) = (gas.width, gas.diameter);
     let reach = match scheme.properties().window {
         _ if scheme.is_dilute() => return None,
@@ -141,7 +156,7 @@ fn window(scheme: Scheme, gas: &DensityInput, dimension: usize) -> Option<(u32, 
 impl<S: Space> Density<S> {
     pub(crate) fn new(scheme: Scheme, gas: &DensityInput) -> Self {
         let counts = gas.counts.map(|count| count as usize);
-        let wanted = window(scheme, gas, S::DIMENSION);
+        let wanted = density_window(scheme, gas, S::DIMENSION);
         let (cells, mut weighing) = wanted.unwrap_or((0, DensityKernel::Flat));
         let reach = [0, 1, 2].map(|axis| {
             let wanted = if axis < S::DIMENSION {
@@ -166,7 +181,7 @@ impl<S: Space> Density<S> {
         let mean = wanted
             .is_none()
             .then(|| scheme.contact_value::<S>(gas.packing_fraction));
-        let unit = gas.unit / (gas.cell * block(weighing, reach));
+        let unit = gas.unit / (gas.cell * sum_of_weights(weighing, reach));
         let table = if mean.is_some() { 0 } else { LARGEST_TABLE };
         let table = (0..table)
             .map(|count| scheme.contact_value::<S>(f64::from(count) * unit))
@@ -201,24 +216,24 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Displaces the rows above the box by `columns`, and the rows below it by as many columns
-    /// back.
+    /// Sets the displacement of the periodic images above and below in a shear flow, in whole
+    /// columns of cells.
     pub(crate) fn slide(&mut self, columns: usize) {
         self.offset = columns % self.counts[0];
     }
 
-    /// Sets the density windows that obstacles cut.
+    /// Sets the density windows that obstacles cut; `None` without obstacles.
     pub(crate) fn cut(&mut self, windows: Option<CutWindows>) {
         self.cut_windows = windows;
     }
 
-    /// Axes along which windows end at the faces of the box.
+    /// Returns true for each axis along which density windows end at the faces of the box.
     pub(crate) fn bounded(&self) -> [bool; 3] {
         self.bounded
     }
 
-    /// Sets the fractions of each cell open to particle centres and to bodies; packing fractions
-    /// use the latter.
+    /// Sets the fractions of each cell that are open to particle centres and to particle bodies;
+    /// packing fractions use the latter.
     pub(crate) fn set_room(
         &mut self,
         centres: impl Fn([u32; 3]) -> f64 + Sync,
@@ -246,7 +261,8 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Sets the free area in cut windows \[cells\]; call after [`Density::set_room`].
+    /// Sets the free area of the windows that obstacles cut \[cells\]; call after
+    /// [`Density::set_room`].
     pub(crate) fn set_room_in_windows(&mut self, mut room: impl FnMut(WindowMember, u32) -> f64) {
         let Some(windows) = &mut self.cut_windows else {
             return;
@@ -256,14 +272,15 @@ impl<S: Space> Density<S> {
             self.crowding = vec![FreeVolumeFactors::NONE; self.counts.iter().product()];
         }
         let [columns, rows, _] = self.counts;
-        let cells = block(self.weighing, self.reach);
+        let cells = sum_of_weights(self.weighing, self.reach);
         for ([x, y, z], _, room) in windows.cells() {
             let cell = x as usize + columns * (y as usize + rows * z as usize);
             self.crowding[cell].bodies = if room > 0.0 { cells / room } else { 1.0 };
         }
     }
 
-    /// Sets the units in cut windows; call after [`Density::update`].
+    /// Sets the area that particles cover in the windows that obstacles cut, in units of a largest
+    /// particle; call after [`Density::update`].
     pub(crate) fn update_windows(&mut self, mut units: impl FnMut(WindowMember, u32) -> f64) {
         let Some(windows) = &mut self.cut_windows else {
             return;
@@ -275,7 +292,8 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Computes the free volume in the window of each cell \[cells\].
+    /// Returns the free volume in the density window of each cell \[cells\], from the free fraction
+    /// `room` of each cell.
     fn rooms_around(&mut self, room: impl Fn([u32; 3]) -> f64 + Sync) -> Vec<f64> {
         let [columns, rows, layers] = self.counts;
         let at = |x: usize, line: usize| [x as u32, (line % rows) as u32, (line / rows) as u32];
@@ -290,23 +308,25 @@ impl<S: Space> Density<S> {
         cells.map(|cell| self.around(cell, room(cell))).collect()
     }
 
-    /// Returns true if chi of a cell depends on other cells, so that all are sorted before any
-    /// collide.
+    /// Returns true if chi of a cell depends on other cells, so that all cells must be sorted
+    /// before any pair collides.
     pub(crate) fn looks_around(&self) -> bool {
         self.reach != [0; 3]
     }
 
-    /// Half width of the window along each axis \[cells\].
+    /// Returns the half width of the density window along each axis \[cells\].
     pub(crate) fn reach(&self) -> [usize; 3] {
         self.reach
     }
 
-    /// Sum of the cell weights in a density window.
+    /// Returns the sum of the cell weights in a density window: for equal weights its number of
+    /// cells.
     pub(crate) fn cells_around(&self) -> f64 {
-        block(self.weighing, self.reach)
+        sum_of_weights(self.weighing, self.reach)
     }
 
-    /// Mean of the cell weights w in a density window, weighted by w: sum of w^2 over sum of w.
+    /// Returns the mean of the cell weights w in a density window, weighted by w: sum of w^2 over
+    /// sum of w.
     pub(crate) fn mean_weight(&self) -> f64 {
         let along = |reach: usize| match self.weighing {
             DensityKernel::Flat => 1.0,
@@ -319,34 +339,37 @@ impl<S: Space> Density<S> {
         self.reach.map(along).iter().product()
     }
 
-    /// Kind of weights of the cells in a density window.
+    /// Returns the kind of cell weights in the density window: equal or triangular.
     pub(crate) fn weighing(&self) -> DensityKernel {
         self.weighing
     }
 
-    /// Weight of a cell `away` from the centre of a window along each axis, at most its half width.
+    /// Returns the weight of a cell in the density window, `away` cells from its centre along each
+    /// axis.
     #[inline(always)]
     pub(crate) fn share_of(&self, away: [usize; 3]) -> f64 {
         let along = |axis: usize| self.weighing.along(self.reach[axis], away[axis]);
         (along(0) * along(1) * along(2)) as f64
     }
 
-    /// Collision scheme of the gas.
+    /// Returns the collision scheme of the gas.
     pub(crate) fn scheme(&self) -> Scheme {
         self.scheme
     }
 
-    /// Packing fraction of one unit in a window.
+    /// Returns the packing fraction that one unit, the area or volume of a largest particle,
+    /// contributes to a window.
     pub(crate) fn unit(&self) -> f64 {
         self.unit
     }
 
-    /// Returns true unless the scheme is free molecular flow, without collisions.
+    /// Returns true unless the scheme is that of free molecular flow, without collisions.
     pub(crate) fn collides(&self) -> bool {
         self.scheme.partners() != PartnerSelection::None
     }
 
-    /// Sets the covered units of all cells. `fill` writes the units of one line of cells along the
+    /// Recomputes the area or volume that particles cover in the density windows of all cells, in
+    /// units of a largest particle. `fill` writes that of each cell in one line of cells along the
     /// first axis, given the number of the line.
     pub(crate) fn update(&mut self, parallel: bool, fill: &(dyn Fn(usize, &mut [f32]) + Sync)) {
         let (columns, reach, bounded) = (self.counts[0], self.reach[0], self.bounded[0]);
@@ -376,7 +399,7 @@ impl<S: Space> Density<S> {
         self.add_lines(parallel);
     }
 
-    /// Adds the sums of adjacent lines to each line.
+    /// Adds up lines of cells to density windows, along the second and third axis.
     fn add_lines(&mut self, parallel: bool) {
         let [columns, rows, layers] = self.counts;
         let [_, reach, depth] = self.reach;
@@ -390,12 +413,12 @@ impl<S: Space> Density<S> {
                     continue;
                 }
                 let deep = weighing.along(depth, z.abs_diff(depth));
-                let layer = wrapped(layer + z, depth, layers);
+                let layer = wrapped_index(layer + z, depth, layers);
                 for y in 0..=2 * reach {
                     if bounded[1] && is_outside(row + y, reach, rows) {
                         continue;
                     }
-                    let first = columns * (wrapped(row + y, reach, rows) + rows * layer);
+                    let first = columns * (wrapped_index(row + y, reach, rows) + rows * layer);
                     let counts = (deep * weighing.along(reach, y.abs_diff(reach))) as f32;
                     let line = &lines[first..first + columns];
                     // An image above begins at this column of its original, and one below at the
@@ -423,7 +446,8 @@ impl<S: Space> Density<S> {
         });
     }
 
-    /// Units in the window of a cell, of which the cell itself holds `own`.
+    /// Returns the area or volume that particles cover in the density window of a cell, in units of
+    /// a largest particle; in a single-cell window `own`, that of the cell itself.
     #[inline(always)]
     pub(crate) fn around(&self, cell: [u32; 3], own: f64) -> f64 {
         if !self.looks_around() {
@@ -434,7 +458,8 @@ impl<S: Space> Density<S> {
         f64::from(self.sums[x + columns * (y + rows * z)])
     }
 
-    /// Units in the window of the cell at an offset from a simulator's cell, without the simulator
+    /// Returns the area or volume that particles cover, in units of a largest particle, in the
+    /// density window of the cell `step` away from a simulator's cell, without the simulator
     /// itself. For offsets within the half width, boxes without boundaries, and windows of several
     /// cells.
     #[inline(always)]
@@ -443,8 +468,8 @@ impl<S: Space> Density<S> {
         f64::from(self.sums[self.index(cell, step)]) - own
     }
 
-    /// Computes the largest [`Density::others`] over offsets up to `[x, y, z]`, for each cell of a
-    /// line from `first`. `line`: scratch memory.
+    /// Computes the largest neighbour count [`Density::others`] over offsets up to `x`, `y`, `z`,
+    /// for each cell of a line that starts at `first`. `line` is scratch memory.
     #[inline(always)]
     pub(crate) fn most_others(
         &self,
@@ -480,21 +505,23 @@ impl<S: Space> Density<S> {
         }
     }
 
-    /// Index of the cell at an offset from a cell.
+    /// Returns the index of the cell at an offset of `step` from a cell, across periodic faces.
     #[inline(always)]
     fn index(&self, cell: [u32; 3], step: [i64; 3]) -> usize {
         let [x, y, z] = self.original(cell, step);
         x + self.counts[0] * (y + self.counts[1] * z)
     }
 
-    /// Coordinates of the cell at an offset from a cell, across periodic faces. In a sheared box
-    /// the cells beyond the edge are displaced by whole columns, as in [`Self::add_lines`].
+    /// Returns column, row and layer of the cell at an offset of `step` from a cell, across
+    /// periodic faces. In a shear flow, cells beyond the edge are displaced by whole columns, as in
+    /// [`Self::add_lines`].
     #[inline(always)]
     fn original(&self, cell: [u32; 3], step: [i64; 3]) -> [usize; 3] {
         let shifted = |axis: usize| {
             (cell[axis] as usize + self.counts[axis]).wrapping_add_signed(step[axis] as isize)
         };
-        let around = |axis: usize, at: usize| wrapped(at, self.counts[axis], self.counts[axis]);
+        let around =
+            |axis: usize, at: usize| wrapped_index(at, self.counts[axis], self.counts[axis]);
         let (columns, rows) = (self.counts[0], self.counts[1]);
         let row = shifted(1);
         let mut column = around(0, shifted(0));
@@ -506,7 +533,7 @@ impl<S: Space> Density<S> {
         [column, around(1, row), around(2, shifted(2))]
     }
 
-    /// Factors by which boundaries make the window of a cell denser.
+    /// Returns the free-volume factors of the density window of a cell.
     #[inline(always)]
     pub(crate) fn crowding(&self, cell: [u32; 3]) -> FreeVolumeFactors {
         if self.crowding.is_empty() {
@@ -516,8 +543,9 @@ impl<S: Space> Density<S> {
         self.crowding[x + self.counts[0] * (y + self.counts[1] * z)]
     }
 
-    /// Returns chi of a cell whose own particles cover `own` units, whether it was limited, and the
-    /// packing fraction behind it (0 for the dilute gas).
+    /// Returns the contact value chi of a cell, true if chi is at its limit, and the packing
+    /// fraction (0 for the dilute gas). The cell's own particles cover `own`, in units of a largest
+    /// particle.
     #[inline]
     pub(crate) fn contact_value(&self, cell: [u32; 3], own: f64) -> (f64, bool, f64) {
         if let Some(chi) = self.mean {
@@ -526,8 +554,8 @@ impl<S: Space> Density<S> {
         self.value_of(self.around(cell, own) * self.crowding(cell).bodies)
     }
 
-    /// Returns [`Density::contact_value`] of a sub-cell, by its index and layer, with its fraction
-    /// of a cell.
+    /// Returns contact value, limit flag and packing fraction, as [`Density::contact_value`], of a
+    /// sub-cell with its layer. `share` is its fraction of a cell.
     pub(crate) fn contact_value_in(
         &self,
         [sub_cell, layer]: [usize; 2],
@@ -541,7 +569,8 @@ impl<S: Space> Density<S> {
         self.value_of(units)
     }
 
-    /// Returns [`Density::contact_value`] for a number of units in a window without boundaries.
+    /// Returns contact value, limit flag and packing fraction, as [`Density::contact_value`], for a
+    /// window without boundaries in which particles cover `units`, in units of a largest particle.
     #[inline]
     pub(crate) fn value_of(&self, units: f64) -> (f64, bool, f64) {
         if let Some(chi) = self.mean {
@@ -558,13 +587,14 @@ impl<S: Space> Density<S> {
         (chi.min(self.limit), chi >= self.limit, units * self.unit)
     }
 
-    /// Returns true if chi is limited for this number of units.
+    /// Returns true if the contact value chi is at its limit in a window in which particles cover
+    /// `units`, in units of a largest particle.
     #[inline]
     pub(crate) fn is_limited(&self, units: f64) -> bool {
         (self.mean.is_some() || units as usize >= self.table.len()) && self.value_of(units).1
     }
 
-    /// Memory of the density field \[bytes\].
+    /// Returns the memory that the local density and its tables occupy \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         8 * (self.table.capacity() + 2 * self.crowding.capacity())
             + 4 * (self.lines.capacity() + self.sums.capacity())
@@ -575,8 +605,9 @@ impl<S: Space> Density<S> {
     }
 }
 
-/// Number of cells in a window of given half widths, weighted.
-fn block(weighing: DensityKernel, reach: [usize; 3]) -> f64 {
+/// Returns the sum of the cell weights in a window with the given half widths: for equal weights
+/// its number of cells.
+fn sum_of_weights(weighing: DensityKernel, reach: [usize; 3]) -> f64 {
     let along = |reach: usize| match weighing {
         DensityKernel::Flat => 2 * reach + 1,
         DensityKernel::Triangle => (reach + 1) * (reach + 1),
@@ -584,15 +615,16 @@ fn block(weighing: DensityKernel, reach: [usize; 3]) -> f64 {
     reach.map(|reach| along(reach) as f64).iter().product()
 }
 
-/// Returns true if `shifted - reach` is outside 0 to `count - 1`.
+/// Returns true if the index `shifted - reach` is outside a list of `count` entries.
 #[inline]
 fn is_outside(shifted: usize, reach: usize, count: usize) -> bool {
     shifted < reach || shifted - reach >= count
 }
 
-/// Index `shifted - reach` around a ring of `count`; both are at most `count`.
+/// Returns the index `shifted - reach` wrapped around a ring of `count` entries, for `reach` up to
+/// `count`.
 #[inline]
-fn wrapped(shifted: usize, reach: usize, count: usize) -> usize {
+fn wrapped_index(shifted: usize, reach: usize, count: usize) -> usize {
     let at = shifted + count - reach;
     let at = if at >= count { at - count } else { at };
     if at >= count { at - count } else { at }

@@ -1,4 +1,5 @@
-//! DSMC engine: its data and its public queries.
+//! Engine of the Direct Simulation Monte Carlo: its data, read access to gas and counters, and
+//! changes from outside.
 
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
@@ -20,16 +21,18 @@ use crate::threads::Pool;
 use crate::tile::{Migrant, Scratch, SendBuffer, Tile};
 use stosszahl_model::interrupt::Interruption;
 
-/// Constants of a gas during a run.
+/// Constants of a gas during a run: weight, packing fraction, mean free path and mean particle.
 pub(crate) struct Constants {
-    /// Particles per simulator.
+    /// Number of particles per simulator.
     pub(crate) weight: f64,
-    /// Packing fraction of the start or of the densest inflow, whichever is larger.
+    /// Packing fraction of the initial state or of the densest inflow, whichever is larger.
     pub(crate) packing_fraction: f64,
-    /// Mean free path at that packing fraction \[length\]; the time step follows it.
+    /// Mean free path at the packing fraction of the run \[length\], from which the time step is
+    /// chosen.
     pub(crate) mean_free_path: f64,
     pub(crate) moment_ratio: f64,
-    /// Radius around a point within which all simulators are equally likely partners \[length\].
+    /// Radius around the point of contact within which all simulators are equally likely partners
+    /// \[length\].
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
@@ -37,15 +40,16 @@ pub(crate) struct Constants {
     pub(crate) mean_mass: f64,
 }
 
-/// Assigns indices of a state to simulators, one after the other; equal ones form consecutive
-/// blocks.
+/// Assigns to each simulator its index in the state; simulators of equal size form consecutive
+/// blocks there.
 struct SimulatorIndices {
-    /// Next index of each block; empty if simulators have indices of their own.
+    /// Next free index in the block of each size; empty if simulators store their own index.
     next: Vec<usize>,
 }
 
 impl SimulatorIndices {
-    /// Index of a simulator, the `order`-th visited.
+    /// Returns the index in the state of a simulator with a size tag, which is the `order`-th
+    /// visited.
     fn index<Z: Sizes>(&mut self, sizes: &Z, tag: Z::Tag, order: usize) -> usize {
         match self.next.get_mut(sizes.block_of(tag) as usize) {
             Some(next) => {
@@ -57,11 +61,11 @@ impl SimulatorIndices {
     }
 }
 
-/// Direct Simulation Monte Carlo of smooth or rough particles.
+/// Engine of the Direct Simulation Monte Carlo of smooth or rough particles in a box.
 ///
 /// `F` selects whether displacements are tracked ([`crate::Tracked`]) or not.
 pub struct DsmcEngine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untracked> {
-    /// Physical model, with the sizes of all simulators.
+    /// Particle model, with the sizes of all simulators.
     pub(crate) scene: P,
     pub(crate) parameters: Parameters,
     pub(crate) streams: Streams,
@@ -73,13 +77,14 @@ pub struct DsmcEngine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untr
     pub(crate) arm: ContactDistance,
     pub(crate) simulators: usize,
     pub(crate) tiles: Vec<Tile<P, F>>,
-    /// Simulators that leave each tile in the current flight.
+    /// For each tile, simulators that leave it in the current free flight.
     pub(crate) departing: Vec<SendBuffer<P, F>>,
-    /// Simulators that left each tile in the last flight.
+    /// For each tile, simulators that left it in the last free flight, to be delivered to other
+    /// tiles.
     pub(crate) arriving: Vec<SendBuffer<P, F>>,
     pub(crate) far: Vec<(u32, Migrant<P, F>)>,
     pub(crate) pool: Pool<Scratch<P, F>>,
-    /// Halo copies of tiles, for cross-cell schemes.
+    /// Pool of memory for halo copies of tiles, for cross-cell schemes.
     pub(crate) halo_copies: Pool<HaloCopy<P>>,
     pub(crate) held_step: Option<f64>,
     pub(crate) counts_cells: bool,
@@ -88,14 +93,14 @@ pub struct DsmcEngine<P: ParticleModel, F: DisplacementTracking<P::Space> = Untr
     pub(crate) unit: EnergyUnit,
     pub(crate) tally: CollisionCounters,
     pub(crate) ledgers: Ledgers<P::Space>,
-    /// Boundaries of the box; `None` if it is periodic.
+    /// Walls, obstacles, inflows and weights of the box; `None` if it is periodic.
     pub(crate) surroundings: Option<GridBoundaries<P>>,
     pub(crate) means: Means,
-    /// Stop flag, and whether it has ended a step.
+    /// State of the stop flag, and whether it has broken off a time step.
     pub(crate) stop: Interruption,
-    /// Pause in the middle of a flight; `None` once anything else changed the gas.
+    /// Pause in the middle of a free flight; `None` if there is none, or once the gas was changed.
     pub(crate) pause: Option<Pause>,
-    /// Subdomain of this process; `None` if one process holds the gas.
+    /// Subdomain that this process holds; `None` if one process holds the whole gas.
     pub(crate) share: Option<Subdomain<P::Space>>,
 }
 
@@ -104,8 +109,9 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Returns the gas at the present time: one body for each simulator, in the order of the sizes
-    /// of [`DsmcEngine::scene`]. Within each set of simulators, species follow each other.
+    /// Returns the state of the gas at the current time, with one body for each simulator, in the
+    /// order of the sizes of [`DsmcEngine::scene`]. Within each set of simulators, species follow
+    /// each other.
     pub fn state(&self) -> State<P> {
         let origin = VectorOf::<P>::default();
         let mut bodies = vec![ParticleState::new(origin, origin); self.simulators];
@@ -123,7 +129,7 @@ where
         }
     }
 
-    /// Assignment of indices in [`DsmcEngine::state`].
+    /// Prepares the assignment of indices in [`DsmcEngine::state`] to simulators.
     fn places(&self) -> SimulatorIndices {
         let mut counts = Vec::new();
         if !P::Sizes::UNIFORM && !P::Sizes::INDIVIDUAL {
@@ -144,7 +150,7 @@ where
         }
     }
 
-    /// All simulators, in the order of the numbers of their cells.
+    /// Returns all simulators, in the order of the numbers of their cells.
     pub(crate) fn ordered(&self) -> impl Iterator<Item = &SimulatorOf<P, F>> {
         self.cells_in_order().flat_map(|cell| {
             let (tile, local) = self.grid.locate(cell);
@@ -152,15 +158,15 @@ where
         })
     }
 
-    /// The coordinates of all cells, in the order of their numbers.
+    /// Returns column, row and layer of all cells, in the order of their numbers.
     pub(crate) fn cells_in_order(&self) -> impl Iterator<Item = [u32; 3]> + use<P, F> {
         let [columns, rows, layers] = self.grid.counts();
         (0..layers)
             .flat_map(move |z| (0..rows).flat_map(move |y| (0..columns).map(move |x| [x, y, z])))
     }
 
-    /// Calls `each` with position, velocity, spin, size key into [`DsmcEngine::scene`], and weight
-    /// (particles per simulator) of every simulator, in the order of cell numbers.
+    /// Calls `each` with position, velocity, spin, size tag, and weight (particles per simulator)
+    /// of every simulator, in the order of cell numbers.
     pub fn visit(
         &self,
         mut each: impl FnMut(VectorOf<P>, VectorOf<P>, SpinOf<P>, <P::Sizes as Sizes>::Tag, f64),
@@ -171,7 +177,7 @@ where
         });
     }
 
-    /// Calls `look` with each simulator and its weight (particles per simulator), in the order of
+    /// Calls `look` for each simulator with its weight (particles per simulator), in the order of
     /// cell numbers.
     pub(crate) fn each(&self, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
         for cell in self.cells_in_order() {
@@ -183,8 +189,8 @@ where
         }
     }
 
-    /// Calls `look` with the index in [`DsmcEngine::state`] of each simulator, the simulator and
-    /// its weight (particles per simulator), in the order of cell numbers.
+    /// Calls `look` for each simulator with its index in [`DsmcEngine::state`] and its weight
+    /// (particles per simulator), in the order of cell numbers.
     pub(crate) fn each_in_place(&self, mut look: impl FnMut(usize, &SimulatorOf<P, F>, f64)) {
         let (mut places, mut order) = (self.places(), 0);
         self.each(|simulator, weight| {
@@ -194,7 +200,7 @@ where
         });
     }
 
-    /// Multiplies all velocities by a factor.
+    /// Multiplies the velocities of all simulators by a factor.
     pub fn scale_velocities(&mut self, factor: f64) {
         self.pause = None;
         for cell in self.cells_in_order() {
@@ -206,7 +212,8 @@ where
         self.update_step_bounds();
     }
 
-    /// Particles per simulator in a cell, by its number in [`DsmcEngine::grid`].
+    /// Returns the number of particles per simulator in a cell, by its number in
+    /// [`DsmcEngine::grid`].
     pub fn weight_in(&self, cell: u32) -> f64 {
         let factor = self
             .surroundings
@@ -215,12 +222,12 @@ where
         self.constants.weight * factor
     }
 
-    /// Physical model, with the sizes of all simulators.
+    /// Returns the particle model, with the sizes of all simulators.
     pub fn scene(&self) -> &P {
         &self.scene
     }
 
-    /// Restarts the measurement of displacements from zero.
+    /// Restarts the measurement of displacements: those of all simulators are zero now.
     pub fn track_displacements(&mut self) {
         let tiles = self.tiles.iter_mut();
         for simulator in tiles.flat_map(|tile| &mut tile.simulators) {
@@ -228,17 +235,17 @@ where
         }
     }
 
-    /// Displacements since the start or [`Self::track_displacements`], unwrapped across periodic
-    /// faces \[length\]; in the order of [`Self::state`], and zero unless tracked. Displacements of
-    /// partners by the scheme are included.
+    /// Returns the displacement of each simulator since [`Self::track_displacements`] or the start,
+    /// unwrapped across periodic faces \[length\]; in the order of [`Self::state`], and zero unless
+    /// tracked. Displacements of partners by the scheme are included.
     pub fn displacements(&self) -> Vec<VectorOf<P>> {
         let mut ways = vec![VectorOf::<P>::default(); self.simulators];
         self.each_in_place(|index, simulator, _| ways[index] = F::displacement_of(simulator.mark));
         ways
     }
 
-    /// Adds velocities to the simulators, in the order of [`DsmcEngine::state`] \[length/time\].
-    /// Simulators beyond the list do not change.
+    /// Adds a velocity change to each simulator, in the order of [`DsmcEngine::state`]
+    /// \[length/time\]. Simulators beyond the list do not change.
     pub fn kick(&mut self, changes: &[VectorOf<P>]) {
         self.pause = None;
         let mut places = self.places();
@@ -256,7 +263,7 @@ where
         self.update_step_bounds();
     }
 
-    /// Starts counting collisions by cell.
+    /// Starts counting collisions and virial separately for each cell.
     pub fn count_cells(&mut self) {
         self.counts_cells = true;
         for tile in &mut self.tiles {
@@ -264,8 +271,8 @@ where
         }
     }
 
-    /// Returns and resets the counts of each cell, by its number in [`DsmcEngine::grid`]. A
-    /// cross-cell collision counts in the cell of the simulator that searched. Empty unless
+    /// Returns the collision counts of each cell, by its number in [`DsmcEngine::grid`], and resets
+    /// them. A cross-cell collision counts in the cell of the simulator that searched. Empty unless
     /// [`DsmcEngine::count_cells`] was called. Not part of a checkpoint.
     pub fn take_cell_counts(&mut self) -> Vec<CellCount> {
         if !self.counts_cells {
@@ -279,46 +286,46 @@ where
         all
     }
 
-    /// Counters of steps, collisions and other events since the start of the run.
+    /// Returns the counters of steps, collisions and other events since the start of the run.
     pub fn tally(&self) -> CollisionCounters {
         self.tally
     }
 
-    /// Mass, momentum and energy that boundaries have given to the gas since the start.
+    /// Returns the mass, momentum and energy that boundaries have given to the gas since the start.
     pub fn ledgers(&self) -> &Ledgers<P::Space> {
         &self.ledgers
     }
 
-    /// Time of the gas \[time\].
+    /// Returns the current time of the gas \[time\].
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Number of simulators.
+    /// Returns the number of simulators.
     pub fn simulators(&self) -> usize {
         self.simulators
     }
 
-    /// Particles per simulator where the weight factor is one.
+    /// Returns the number of particles per simulator where the weight factor is one.
     pub fn weight(&self) -> f64 {
         self.constants.weight
     }
 
-    /// Sides of a cell \[length\].
+    /// Returns the sides of a cell \[length\].
     pub fn cell(&self) -> VectorOf<P> {
         self.grid.width()
     }
 
-    /// Grid of cells and tiles.
+    /// Returns the grid of cells and tiles.
     pub fn grid(&self) -> &Grid<P::Space> {
         &self.grid
     }
 
-    /// Bound of the deficit of the collision rate of [`crate::Scheme::ContactPoint`] relative to
-    /// exact disks, due to walls: 1.75 phi d/W for each axis with two walls W apart, at packing
-    /// fraction phi. Measured in channels of 3 to 20 diameters at packings 0.1 to 0.4
-    /// (`tests/channels.rs`): exact disks form layers at walls that a density averaged over some
-    /// diameters does not resolve. `None` for other schemes; zero without walls.
+    /// Returns a bound of the error that walls make in the collision rate of
+    /// [`crate::Scheme::ContactPoint`], relative to exact disks: 1.75 phi d/W for each axis with
+    /// two walls W apart, at packing fraction phi. Measured in channels of 3 to 20 diameters at
+    /// packings 0.1 to 0.4 (`tests/channels.rs`): exact disks form layers at walls that a density
+    /// averaged over some diameters does not resolve. `None` for other schemes; zero without walls.
     pub fn wall_error(&self) -> Option<f64> {
         let is_contact = self.parameters.scheme.partners() == PartnerSelection::AroundContact;
         let widths = self
@@ -329,28 +336,28 @@ where
         is_contact.then_some(self.constants.packing_fraction * shares)
     }
 
-    /// Sets a flag that stops [`DsmcEngine::advance`] as soon as the current cells, or some
-    /// thousand candidates within one, are done. The gas is then left in the middle of a step: see
+    /// Sets a stop flag that breaks off [`DsmcEngine::advance`] as soon as the current cells, or
+    /// some thousand candidates within one, are done. The gas is then in the middle of a step: see
     /// [`DsmcEngine::is_interrupted`]. Steps of very unequal particles may take minutes.
     pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    /// Sets a flag that ends [`DsmcEngine::advance`] after the present step. The gas is then
-    /// consistent, half a step further, and the next call with the same end time continues to the
-    /// same bytes.
+    /// Sets a pause flag that ends [`DsmcEngine::advance`] after the current time step. The gas is
+    /// then consistent, half a step further, and the next call with the same end time continues to
+    /// the same bytes.
     pub fn set_pause_flag(&mut self, pause: &Interrupt) {
         self.stop.set_pause_flag(pause);
     }
 
-    /// Returns true if the flag of [`DsmcEngine::set_stop_flag`] stopped a step. The gas is then in
-    /// the middle of the step, its state is meaningless, and [`DsmcEngine::advance`] does nothing;
-    /// resume from the last checkpoint.
+    /// Returns true if the stop flag of [`DsmcEngine::set_stop_flag`] broke off a time step. The
+    /// state of the gas is then invalid, and [`DsmcEngine::advance`] does nothing; resume from the
+    /// last checkpoint.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
 
-    /// Memory of the engine \[bytes\].
+    /// Returns the memory that the engine occupies \[bytes\].
     pub fn memory_bytes(&self) -> usize {
         let boxes = self.departing.iter().chain(&self.arriving);
         size_of::<Self>()
@@ -370,9 +377,9 @@ where
             + self.grid.bytes()
     }
 
-    /// Regroups the cells in tiles of about this many simulators. Changes speed and memory; results
-    /// change only for cross-cell schemes, where it changes the order of collisions. Counts by cell
-    /// start again.
+    /// Regroups the cells into tiles of about this many simulators. This changes speed and memory;
+    /// it changes results only for cross-cell schemes, by the order of collisions. Counts by cell
+    /// restart.
     pub fn retile(&mut self, simulators_per_tile: usize) {
         self.pause = None;
         let simulators: Vec<_> = self.ordered().copied().collect();
@@ -388,8 +395,8 @@ where
         self.fill(&simulators);
     }
 
-    /// Fixes the time step \[time\], also if the gas heats up; the caller must ensure that it is
-    /// short enough. Not part of a checkpoint.
+    /// Fixes the length of the time step \[time\], also if the gas heats up; the caller must ensure
+    /// that it is short enough. Not part of a checkpoint.
     pub fn hold_step(&mut self, length: f64) {
         self.pause = None;
         self.held_step = (length > 0.0).then_some(length);

@@ -1,5 +1,5 @@
-//! Compile-time features of the crate.
+//! Compile-time features of the DSMC crate as constants.
 
-/// True if the crate supports domain decomposition. Otherwise its code is not compiled for each
-/// engine.
+/// True if the crate is compiled with domain decomposition among processes; otherwise that code is
+/// left out of every engine.
 pub(crate) const PROCESSES: bool = cfg!(feature = "processes");

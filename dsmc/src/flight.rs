@@ -1,4 +1,4 @@
-//! Free flight of the simulators of a tile, and migration to other tiles.
+//! Free flight of the simulators of a tile in a time step, and their migration to other tiles.
 
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Field, ParticleModel, Space, VectorOf};
@@ -8,19 +8,19 @@ use crate::grid::{Grid, offset_number};
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 use crate::tile::{DepartedSimulator, Migrant, Scratch, SendBuffer, Tile, code, fit};
 
-/// Free flight of all simulators, between the collisions of two steps.
+/// Free-flight phase of all simulators, between the collisions of two time steps.
 pub(crate) struct FreeFlight<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
-    /// Duration of the free flight \[time\].
+    /// Duration of the free-flight phase \[time\].
     pub(crate) duration: f64,
-    /// Boundaries during the flight; `None` if the box is periodic.
+    /// Boundary conditions during the flight; `None` if the box is periodic.
     pub(crate) passage: Option<Passage<'a, P>>,
 }
 
 impl<'a, P: ParticleModel> FreeFlight<'a, P> {
-    /// Prepares a flight of simulators of the weight `weight` in particles, unless regions set
-    /// other weights.
+    /// Prepares a free-flight phase. `weight` is the number of particles per simulator, unless
+    /// regions have other weights.
     pub(crate) fn new(
         scene: &'a P,
         grid: &'a Grid<P::Space>,
@@ -39,8 +39,8 @@ impl<'a, P: ParticleModel> FreeFlight<'a, P> {
         }
     }
 
-    /// Box sides by which positions beyond an edge are wrapped directly; zero or infinite where
-    /// wrapping needs more care.
+    /// Returns the box sides by which positions beyond an edge are wrapped directly \[length\];
+    /// zero or infinite along axes where wrapping needs more care.
     fn wrapping_lengths(&self) -> VectorOf<P> {
         let has_obstacles = |passage: &Passage<'_, P>| passage.surroundings.obstacles().is_some();
         match &self.passage {
@@ -52,7 +52,8 @@ impl<'a, P: ParticleModel> FreeFlight<'a, P> {
         }
     }
 
-    /// Largest deviation of the path from a straight line along each axis, |a| t^2/8 \[length\].
+    /// Returns the largest deviation of a flight path from a straight line along each axis by the
+    /// field, |a| t^2/8 \[length\].
     fn bend(&self) -> VectorOf<P> {
         let acceleration = self.scene.field().acceleration();
         P::Space::from_components(|axis| {
@@ -61,7 +62,7 @@ impl<'a, P: ParticleModel> FreeFlight<'a, P> {
     }
 }
 
-/// Buffers for simulators that leave a tile.
+/// Buffers for simulators that leave a tile in a free flight: to adjacent tiles, and farther.
 struct Exits<'a, P: ParticleModel, F: DisplacementTracking<P::Space>> {
     near: &'a mut Vec<(u8, Migrant<P, F>)>,
     far: &'a mut Vec<(u32, Migrant<P, F>)>,
@@ -72,8 +73,8 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Moves the sorted simulators of the scratch buffer by a free flight, and keeps the simulators
-    /// that stay in the tile.
+    /// Moves the sorted simulators of a tile by a free flight; those that stay are kept in the
+    /// tile, the others put into send buffers.
     pub(crate) fn fly(
         &mut self,
         flight: &FreeFlight<'_, P>,
@@ -119,7 +120,7 @@ where
                     mut mark,
                     spin,
                 } = *simulator;
-                let way = way::<P>(field, velocity, duration);
+                let way = flight_displacement::<P>(field, velocity, duration);
                 field.move_particle(&mut position, &mut velocity, duration);
                 F::add_displacement(&mut mark, way);
                 let mut inside = true;
@@ -183,7 +184,8 @@ where
         outbox.fill(leavers);
     }
 
-    /// Origin of the sorted simulator with this index, in a line of cells.
+    /// Returns the random-number address of a sorted simulator before its flight: its cell, and its
+    /// order in the cell. `line` is its line of cells.
     fn origin(&self, grid: &Grid<P::Space>, line: usize, index: usize) -> Origin {
         let width = self.place.sides[0] as usize;
         let cells = &self.starts[line * width..=(line + 1) * width];
@@ -194,7 +196,7 @@ where
         }
     }
 
-    /// Counts the simulators that stayed, by cell.
+    /// Counts the simulators in each cell of the tile that stayed in the tile after a free flight.
     fn count_cells(&mut self) {
         self.starts.fill(0);
         for &code in &self.codes {
@@ -202,7 +204,8 @@ where
         }
     }
 
-    /// Sends a simulator to the tile that it enters; returns it, wrapped, if that is this tile.
+    /// Puts a moved simulator into the send buffer for the tile that it enters; returns it, with
+    /// wrapped position, if that is this tile.
     #[cold]
     #[inline(never)]
     fn depart(
@@ -229,8 +232,8 @@ where
         None
     }
 
-    /// Moves a simulator among boundaries, given its state before the flight, and sends it to its
-    /// new tile. Returns it if it stays in this tile.
+    /// Moves one simulator by a free flight between walls and obstacles, and puts it into a send
+    /// buffer if it leaves the tile. Returns it if it stays.
     #[cold]
     #[inline(never)]
     fn depart_between(
@@ -253,8 +256,8 @@ where
         staying
     }
 
-    /// Delivers a simulator to its new cell, in as many copies as the weight of the cell requires:
-    /// to this tile through `stay`, or to another tile.
+    /// Delivers a moved simulator to its new cell, in as many copies as the weight there requires:
+    /// to this tile through `stay`, or into send buffers.
     #[expect(
         clippy::too_many_arguments,
         reason = "all that changes is apart, so that it can be borrowed"
@@ -278,8 +281,8 @@ where
         }
     }
 
-    /// Moves a simulator that stays in the tile, in cells of one weight, if its path begins and
-    /// ends within the part of the box without contacts.
+    /// Moves one simulator by a free flight if it meets no boundary, stays in the tile, and keeps
+    /// its weight. `None` otherwise; `clear` is the part of the box without contacts.
     #[inline]
     fn fly_clear(
         &self,
@@ -292,7 +295,7 @@ where
         let [low, high] = clear?;
         let mut moved = *simulator;
         let field = flight.scene.field();
-        let way = way::<P>(field, moved.velocity, flight.duration);
+        let way = flight_displacement::<P>(field, moved.velocity, flight.duration);
         field.move_particle(&mut moved.position, &mut moved.velocity, flight.duration);
         F::add_displacement(&mut moved.mark, way);
         let (from, to, place) = (simulator.position, moved.position, &self.place);
@@ -311,7 +314,8 @@ where
         stays.then_some(moved)
     }
 
-    /// Performs [`Self::fly`] in a tile near walls or other boundaries.
+    /// Moves the sorted simulators of a tile near walls or other boundaries by a free flight, as
+    /// [`Self::fly`] does elsewhere.
     fn fly_between(
         &mut self,
         flight: &FreeFlight<'_, P>,
@@ -379,9 +383,13 @@ where
     }
 }
 
-/// Displacement in a free flight \[length\].
+/// Returns the displacement of a particle in a free flight \[length\].
 #[inline(always)]
-fn way<P: ParticleModel>(field: &P::Field, velocity: VectorOf<P>, duration: f64) -> VectorOf<P> {
+fn flight_displacement<P: ParticleModel>(
+    field: &P::Field,
+    velocity: VectorOf<P>,
+    duration: f64,
+) -> VectorOf<P> {
     if P::Field::FREE {
         velocity * duration
     } else {

@@ -1,15 +1,15 @@
-//! Grid of cells, and the tiles that group them.
+//! Grid of cells of the box, numbering of cells, and tiles that group adjacent cells.
 
 use stosszahl_model::{Domain, Space};
 
-/// Largest number of cells in a tile: their numbers within it have 16 bits.
+/// Largest number of cells in a tile: cell numbers within a tile have 16 bits.
 const MOST_CELLS: usize = 1 << 16;
 
-/// Rounding constant: added to a number below 2^31, it leaves the nearest integer in the low 32
-/// bits.
+/// Floating-point rounding constant: added to a number below 2^31, it leaves the nearest integer in
+/// the low 32 bits.
 pub(crate) const ROUNDER: f64 = 1.5 * (1_u64 << 52) as f64;
 
-/// Number of offsets from a tile to itself and its neighbours, in three dimensions.
+/// Number of offsets from a tile to its adjacent tiles and itself, in three dimensions.
 pub(crate) const OFFSETS: usize = 27;
 
 /// Grid of equal rectangular cells, numbered with the first axis running fastest, grouped in tiles
@@ -18,43 +18,44 @@ pub(crate) const OFFSETS: usize = 27;
 #[derive(Clone, Debug)]
 pub struct Grid<S: Space> {
     domain: Domain<S>,
-    /// Largest distance beyond a tile at which its collisions read particles \[length\].
+    /// Largest distance beyond a tile at which its collisions read simulators \[length\].
     reach: f64,
-    /// Distance of periodic images along each axis \[length\]: the box side, or infinite along
-    /// bounded axes.
+    /// Distance between periodic images of the box along each axis \[length\]: the box side, or
+    /// infinite along axes with faces.
     images: S::Vector,
-    /// Number of cells along each axis.
+    /// Number of cells of the box along each axis; 1 beyond the dimension.
     counts: [u32; 3],
-    /// Number of cells per unit length along each axis \[1/length\].
+    /// Inverse sides of a cell \[1/length\], to find the cell of a position.
     scale: S::Vector,
-    /// Number of tiles along each axis.
+    /// Number of tiles along each axis; 1 beyond the dimension.
     tiles: [u32; 3],
-    /// First cell of each tile along each axis, with the number of cells at the end.
+    /// Coordinate of the first cell of each tile along each axis, with the number of cells at the
+    /// end.
     firsts: [Vec<u32>; 3],
-    /// Smallest coordinate in each tile along each axis, with the box side at the end \[length\].
+    /// Smallest position in each tile along each axis, with the box side at the end \[length\].
     edges: [Vec<f64>; 3],
-    /// Tile coordinate of each cell coordinate, along each axis.
+    /// Coordinate of the tile that contains each column, row or layer of cells, along each axis.
     owners: [Vec<u32>; 3],
 }
 
-/// Location of a tile in the grid.
+/// Location of a tile in the grid: its cells, and its corners in the box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TilePlace<S: Space> {
-    /// Coordinates of the tile among the tiles.
+    /// Column, row and layer of the tile among all tiles.
     pub(crate) tile: [u32; 3],
-    /// Coordinates of the first cell.
+    /// Column, row and layer of the tile's first cell in the grid.
     pub(crate) first: [u32; 3],
-    /// Number of cells along each axis.
+    /// Number of cells in the tile along each axis.
     pub(crate) sides: [u32; 3],
-    /// Smallest position in the tile \[length\].
+    /// Lower corner of the tile, the smallest position in it \[length\].
     pub(crate) low: S::Vector,
-    /// Upper limit of positions in the tile \[length\].
+    /// Upper corner of the tile, the limit of positions in it \[length\].
     pub(crate) high: S::Vector,
 }
 
 impl<S: Space> Grid<S> {
-    /// Creates a grid of `counts` cells along each axis, in tiles of about `per_tile` of all
-    /// `simulators`, at least as wide as `reach`.
+    /// Creates a grid of `counts` cells along each axis, grouped in tiles of about `per_tile` of
+    /// all `simulators`. Tiles are at least as wide as `reach` \[length\].
     pub(crate) fn new(
         domain: Domain<S>,
         counts: [usize; 3],
@@ -125,8 +126,8 @@ impl<S: Space> Grid<S> {
         grid
     }
 
-    /// Smallest coordinate in the cells from `first` on \[length\]; the box side beyond the last
-    /// cell.
+    /// Returns the smallest coordinate along an axis that is in a column of cells from `first` on
+    /// \[length\]; the box side beyond the last cell.
     fn edge(&self, axis: usize, first: u32) -> f64 {
         if first == 0 {
             return 0.0;
@@ -144,14 +145,14 @@ impl<S: Space> Grid<S> {
         edge
     }
 
-    /// Cell coordinate of a position inside the box: round(x scale - 1/2), which is monotonic and
-    /// fast.
+    /// Returns the column (row, layer) of cells along an axis that contains a coordinate inside the
+    /// box: round(x scale - 1/2), which is monotonic and fast.
     #[inline(always)]
     pub(crate) fn column(&self, axis: usize, x: f64) -> u32 {
         ((x * self.scale[axis] - 0.5) + ROUNDER).to_bits() as u32
     }
 
-    /// Coordinates of the cell that holds a position inside the box.
+    /// Returns column, row and layer of the cell that contains a position inside the box.
     #[inline]
     pub fn cell_at(&self, position: S::Vector) -> [u32; 3] {
         let mut cell = [0; 3];
@@ -161,23 +162,23 @@ impl<S: Space> Grid<S> {
         cell
     }
 
-    /// Number of a cell, the first axis running fastest.
+    /// Returns the number of a cell, given its column, row and layer; the first axis runs fastest.
     #[inline]
     pub fn number(&self, cell: [u32; 3]) -> u32 {
         cell[0] + self.counts[0] * (cell[1] + self.counts[1] * cell[2])
     }
 
-    /// Number of cells along each axis; one beyond the dimension.
+    /// Returns the number of cells along each axis; 1 beyond the dimension.
     pub fn counts(&self) -> [u32; 3] {
         self.counts
     }
 
-    /// Number of cells.
+    /// Returns the number of cells of the grid.
     pub fn cells(&self) -> usize {
         self.counts.iter().map(|&count| count as usize).product()
     }
 
-    /// Sides of a cell \[length\].
+    /// Returns the sides of a cell \[length\].
     pub fn width(&self) -> S::Vector {
         let mut width = self.domain.lengths();
         for axis in 0..S::DIMENSION {
@@ -186,7 +187,7 @@ impl<S: Space> Grid<S> {
         width
     }
 
-    /// Narrowest side of a cell \[length\].
+    /// Returns the least side of a cell \[length\].
     pub(crate) fn narrowest(&self) -> f64 {
         let width = self.width();
         (0..S::DIMENSION)
@@ -194,53 +195,55 @@ impl<S: Space> Grid<S> {
             .fold(f64::MAX, f64::min)
     }
 
-    /// Area or volume of a cell \[length^D\].
+    /// Returns the area or volume of a cell \[length^D\].
     pub fn cell_volume(&self) -> f64 {
         (0..S::DIMENSION).map(|axis| self.width()[axis]).product()
     }
 
-    /// Box of the grid.
+    /// Returns the box that the grid divides.
     pub fn domain(&self) -> &Domain<S> {
         &self.domain
     }
 
-    /// Distance of periodic images along each axis \[length\]: the box side, or infinite along
-    /// bounded axes.
+    /// Returns the distance between periodic images of the box along each axis \[length\]: the box
+    /// side, or infinite along axes with faces.
     #[inline]
     pub(crate) fn images(&self) -> S::Vector {
         self.images
     }
 
-    /// Displacement of the box above in a shear flow \[length\]; 0 without one.
+    /// Returns the displacement of the periodic image above in a shear flow \[length\]; 0 without
+    /// shear.
     pub(crate) fn offset(&self) -> f64 {
         let shear = self.domain.images().shear();
         shear.map_or(0.0, |shear| shear.offset)
     }
 
-    /// Advances the periodic images by a time: boxes above and below slide in a shear flow.
+    /// Advances a shear flow by a time \[time\]: the periodic images above and below slide.
     pub(crate) fn slide(&mut self, duration: f64) {
         self.domain.advance(duration);
     }
 
-    /// Displacement of the box above in a shear flow, rounded to whole cells \[columns\].
+    /// Returns the displacement of the periodic image above in a shear flow, rounded to whole
+    /// columns of cells.
     pub(crate) fn offset_columns(&self) -> usize {
         let columns = (self.offset() * self.scale[0]).round() as usize;
         columns % self.counts[0] as usize
     }
 
-    /// Shortest periodic image of a difference of positions in the box or slightly outside
-    /// \[length\].
+    /// Returns the shortest periodic image of a difference of two positions in the box or slightly
+    /// outside \[length\].
     #[inline(always)]
     pub(crate) fn nearest_image(&self, difference: S::Vector) -> S::Vector {
         self.domain.images().nearest_of_near(difference)
     }
 
-    /// Number of tiles along each axis; 1 along axes beyond the dimension.
+    /// Returns the number of tiles along each axis; 1 along axes beyond the dimension.
     pub fn tiles(&self) -> [u32; 3] {
         self.tiles
     }
 
-    /// Number of the tile of a cell, and the cell's number within it.
+    /// Returns the number of the tile that contains a cell, and the cell's number within that tile.
     #[inline]
     pub fn locate(&self, cell: [u32; 3]) -> (usize, usize) {
         let tile = [0, 1, 2].map(|axis| self.owners[axis][cell[axis] as usize]);
@@ -252,18 +255,19 @@ impl<S: Space> Grid<S> {
         (self.tile_number(tile), local as usize)
     }
 
-    /// Number of a tile, the first axis running fastest.
+    /// Returns the number of a tile, given its column, row and layer; the first axis runs fastest.
     #[inline]
     pub(crate) fn tile_number(&self, tile: [u32; 3]) -> usize {
         (tile[0] + self.tiles[0] * (tile[1] + self.tiles[1] * tile[2])) as usize
     }
 
-    /// Largest distance beyond a tile at which its collisions read particles \[length\].
+    /// Returns the largest distance beyond a tile at which its collisions read simulators
+    /// \[length\].
     pub(crate) fn reach(&self) -> f64 {
         self.reach
     }
 
-    /// Coordinates of a tile, from its number.
+    /// Returns column, row and layer of a tile, given its number.
     pub(crate) fn place_of(&self, number: usize) -> [u32; 3] {
         let (number, [columns, rows, _]) = (number as u32, self.tiles);
         [
@@ -273,13 +277,14 @@ impl<S: Space> Grid<S> {
         ]
     }
 
-    /// Coordinates of the tile that holds a cell.
+    /// Returns column, row and layer of the tile that contains a cell.
     #[inline]
     pub(crate) fn owner(&self, cell: [u32; 3]) -> [u32; 3] {
         [0, 1, 2].map(|axis| self.owners[axis][cell[axis] as usize])
     }
 
-    /// Coordinates of the tile at an offset of -1, 0 or 1 along each axis, across periodic faces.
+    /// Returns column, row and layer of the tile at an offset of -1, 0 or 1 along each axis, across
+    /// periodic faces.
     pub(crate) fn neighbour(&self, tile: [u32; 3], offset: [i32; 3]) -> [u32; 3] {
         [0, 1, 2].map(|axis| {
             let count = self.tiles[axis];
@@ -287,8 +292,8 @@ impl<S: Space> Grid<S> {
         })
     }
 
-    /// Numbers of a tile and of all adjacent tiles, sorted, each once. In a sheared box every tile
-    /// of the row beyond the edge is adjacent, as rows slide past each other.
+    /// Returns the numbers of a tile and of all adjacent tiles, sorted, each once. In a shear flow
+    /// every tile of the row beyond the edge is adjacent, as rows slide past each other.
     pub(crate) fn touching(&self, tile: [u32; 3]) -> Vec<usize> {
         let is_sheared = self.domain.images().shear().is_some();
         let mut numbers = Vec::with_capacity(OFFSETS);
@@ -306,7 +311,7 @@ impl<S: Space> Grid<S> {
         numbers
     }
 
-    /// Locations of all tiles, in the order of their numbers.
+    /// Returns the locations in the grid of all tiles, in the order of their numbers.
     pub(crate) fn places(&self) -> Vec<TilePlace<S>> {
         let [columns, rows, layers] = self.tiles;
         let mut places = Vec::with_capacity((columns * rows * layers) as usize);
@@ -320,7 +325,7 @@ impl<S: Space> Grid<S> {
         places
     }
 
-    /// Location of a tile.
+    /// Returns the location in the grid of a tile: its cells, and its corners in the box.
     pub(crate) fn tile_place(&self, tile: [u32; 3]) -> TilePlace<S> {
         let first = |axis: usize, more: usize| self.firsts[axis][tile[axis] as usize + more];
         let (mut low, mut high) = (S::Vector::default(), S::Vector::default());
@@ -337,7 +342,7 @@ impl<S: Space> Grid<S> {
         }
     }
 
-    /// Memory of the tables \[bytes\].
+    /// Returns the memory that the tables of the grid occupy \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         let tables = |axis: usize| {
             4 * (self.firsts[axis].capacity() + self.owners[axis].capacity())
@@ -347,14 +352,15 @@ impl<S: Space> Grid<S> {
     }
 }
 
-/// Offset of the given number, below [`OFFSETS`].
+/// Returns the offset between adjacent tiles with a number below [`OFFSETS`]: -1, 0 or 1 along each
+/// axis.
 pub(crate) fn offset(number: usize) -> [i32; 3] {
     let number = number as i32;
     [number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1]
 }
 
-/// Number of the offset from one tile to another, for `tiles` tiles along each axis; `None` if they
-/// are not adjacent. If several offsets connect them, the choice is fixed.
+/// Returns the number of the offset from one tile to another, for `tiles` tiles along each axis;
+/// `None` if they are not adjacent. If several offsets connect them, the choice is fixed.
 pub(crate) fn offset_number(tiles: [u32; 3], from: [u32; 3], to: [u32; 3]) -> Option<usize> {
     let mut number = 0;
     for axis in (0..3).rev() {

@@ -133,9 +133,9 @@ pub use tally::{CellCount, CollisionCounters};
 /// Monte Carlo of gases without positions, from its own crate.
 pub use stosszahl_homogeneous as homogeneous;
 
-/// Version of the statistics of this engine. It increases with each change that moves means beyond
-/// their errors (*Results changed* in the changelog), not with changes of rounding. Costly results
-/// in the documentation are refused once it has moved.
+/// Version of the statistics of the DSMC engine in cells. It increases with each change that moves
+/// means beyond their errors (*Results changed* in the changelog), not with changes of rounding.
+/// Costly results in the documentation are refused once it has moved.
 pub const STATISTICS_VERSION: u32 = 2;
 
 /// Version of the statistics of `contact-point` gases with the density taken halfway to contact:

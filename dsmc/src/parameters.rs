@@ -1,4 +1,5 @@
-//! Numerical parameters of a run, and the errors with which an engine refuses to start.
+//! Numerical parameters of a DSMC run with their defaults, and the errors with which an engine
+//! refuses to start.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::ObstacleError;
@@ -6,46 +7,48 @@ use stosszahl_model::{Domain, InvalidValue, MessageUnits, Space, format_short};
 
 use crate::scheme::{PartnerDisplacement, PartnerSelection, Scheme, SchemeProperties};
 
-/// Initial states of the further sets of simulators, if several stand for a particle.
+/// Choice of the initial states of further sets of simulators, if several simulators stand for a
+/// particle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SimulatorStart {
-    /// Each set is the whole state, shifted by a random vector and with all velocities rotated
-    /// alike at random. This keeps the energy and zero momentum, but the gas is the same only if
-    /// the state is homogeneous and isotropic: patterns of density or flow are blurred. Thermal
-    /// noise is weaker by the number of simulators.
+    /// Independent copies: each set is the whole state, shifted by a random vector and with all
+    /// velocities rotated alike at random. This keeps the energy and zero momentum, but the gas is
+    /// the same only if the state is homogeneous and isotropic: patterns of density or flow are
+    /// blurred. Thermal noise is weaker by the number of simulators.
     Independent,
-    /// Each set keeps the long waves of the state: it is shifted by no more than a neighbourhood of
-    /// some 32 particles, and each velocity relative to the mean of that neighbourhood is rotated
-    /// at random. The long-wave noise of the start, which seeds instabilities, is then that of the
-    /// state.
+    /// Coherent copies: each set keeps the long waves of the state. It is shifted by no more than a
+    /// neighbourhood of some 32 particles, and each velocity relative to the mean of that
+    /// neighbourhood is rotated at random. The long-wave noise of the start, which seeds
+    /// instabilities, is then that of the state.
     Coherent,
 }
 
-/// Numerical parameters of a run: they set accuracy and speed, not the physics.
+/// Numerical parameters of a DSMC run: they set accuracy and speed, not the physics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// Collision scheme: which pairs collide, and how often.
     pub scheme: Scheme,
-    /// Displacement of the partners within a cell.
+    /// Displacement of the partners of a collision within a cell, as in the consistent Boltzmann
+    /// algorithm.
     pub displacement: PartnerDisplacement,
     /// Smallest side of a cell \[length\]; `None` for the scheme's default. Within cells: half a
     /// mean free path, but at least two diameters. Cross-cell: the side for the fastest search of
     /// partners.
     pub cell_size: Option<f64>,
-    /// Number of simulators per particle.
+    /// Number of simulators that stand for each particle of the gas.
     pub simulators_per_particle: u32,
-    /// Initial states of the further sets of simulators.
+    /// Choice of the initial states of further sets of simulators.
     pub copies: SimulatorStart,
     /// Number of time steps in a mean free time and, for pairs within cells, in the time in which
     /// the fastest simulator crosses a cell.
     pub steps_per_cell_crossing: f64,
-    /// Upper limit of chi.
+    /// Upper limit of the contact value chi.
     pub max_contact_value: f64,
 }
 
 impl Parameters {
-    /// Default parameters of a scheme: one simulator per particle; displacement by a diameter
-    /// within cells of dense schemes; time steps and limit of chi that the scheme needs.
+    /// Returns the default parameters of a scheme: one simulator per particle; displacement by a
+    /// diameter within cells of dense schemes; time steps and limit of chi that the scheme needs.
     ///
     /// Partners of [`Scheme::ContactPoint`] are uncorrelated only with more simulators: see
     /// [`Parameters::enough_for_chaos`].
@@ -131,7 +134,8 @@ impl Parameters {
         Ok(())
     }
 
-    /// Mean free path at a packing fraction, by the scheme's own collision rate \[length\].
+    /// Returns the mean free path at a packing fraction \[length\], by the collision rate of the
+    /// scheme.
     pub fn mean_free_path<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let chi = self
             .scheme
@@ -140,10 +144,10 @@ impl Parameters {
         diameter * S::mean_free_path(packing_fraction.max(1e-12), chi)
     }
 
-    /// Radius around the point of contact within which partners are drawn \[length\]. Default: a
-    /// quarter of the mean free path, at least half a diameter; less if the shell that holds the
-    /// partners would contain more than two particles, but not below the radius that contains four
-    /// simulators.
+    /// Returns the radius around the point of contact within which partners are drawn \[length\].
+    /// It is a quarter of the mean free path, at least half a diameter; less if the shell that
+    /// holds the partners would contain more than two particles, but not below the radius that
+    /// contains four simulators.
     ///
     /// Partners at distance s from the point of contact spread the distances over which momentum is
     /// transferred. The collisional part of the shear viscosity is therefore too large by the
@@ -151,11 +155,11 @@ impl Parameters {
     /// grows with density: with s = d/2 it adds 4 % to the viscosity of disks at packing 0.25 and
     /// would add 12 % at 0.5.
     pub fn partner_radius<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
-        /// Largest number of particles in the shell for a radius of half a diameter; linear in the
-        /// radius, but for a tenth in three dimensions.
+        /// Largest number of particles in the shell of possible partners for a radius of half a
+        /// diameter; the number is linear in the radius, but for a tenth in three dimensions.
         const SHELL: f64 = 2.0;
-        /// Smallest mean number of simulators around a point of contact; with fewer, pressure and
-        /// long waves deteriorate.
+        /// Least mean number of simulators around a point of contact; with fewer, pressure and long
+        /// waves deteriorate.
         const CHOICE: f64 = 4.0;
         let Scheme::ContactPoint { radius } = self.scheme else {
             return 0.0;
@@ -163,23 +167,23 @@ impl Parameters {
         radius.unwrap_or_else(|| {
             let path = self.mean_free_path::<S>(packing_fraction, diameter);
             let half = 0.5 * diameter;
-            let held = shell::<S>(packing_fraction, diameter, half);
+            let held = particles_in_shell::<S>(packing_fraction, diameter, half);
             let copies = f64::from(self.simulators_per_particle);
             let around =
-                copies * density::<S>(packing_fraction, diameter) * S::particle_volume(half);
+                copies * number_density::<S>(packing_fraction, diameter) * S::particle_volume(half);
             let least = half * (CHOICE / around).powf(1.0 / S::DIMENSION as f64);
             let narrow = (half * SHELL / held).max(least).min(half);
             narrow.max(0.25 * path)
         })
     }
 
-    /// Default cell side of the scheme \[length\].
+    /// Returns the default side of a cell for the scheme \[length\].
     fn automatic_cell<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let path = || self.mean_free_path::<S>(packing_fraction, diameter);
         match self.scheme.partners() {
             PartnerSelection::AroundContact => {
                 // One or two simulators per cell, or the search radius.
-                let density = density::<S>(packing_fraction, diameter);
+                let density = number_density::<S>(packing_fraction, diameter);
                 let each = 1.5 / (density * f64::from(self.simulators_per_particle));
                 let radius = self.partner_radius::<S>(packing_fraction, diameter);
                 each.powf(1.0 / S::DIMENSION as f64).max(radius)
@@ -192,15 +196,16 @@ impl Parameters {
         }
     }
 
-    /// Mean number of simulators in the shell that holds the partners of a simulator
+    /// Returns the mean number of simulators in the shell that holds the partners of a simulator
     /// \[[`Scheme::ContactPoint`]\]; at least 1, since the nearest is taken if there is none.
     pub fn partners<S: Space>(&self, packing_fraction: f64, diameter: f64) -> f64 {
         let radius = self.partner_radius::<S>(packing_fraction, diameter);
-        let each = shell::<S>(packing_fraction, diameter, radius);
+        let each = particles_in_shell::<S>(packing_fraction, diameter, radius);
         (f64::from(self.simulators_per_particle) * each).max(1.0)
     }
 
-    /// Relative excess of the kinetic energy at `t_0` in a gas that cools at constant restitution r
+    /// Returns the relative excess of the kinetic energy at Haff's time `t_0` by repeated
+    /// collisions of pairs, in a gas that cools at constant restitution r
     /// \[[`Scheme::ContactPoint`]\]: `(1 - r^2)(0.05 + 0.15 x)/N`, with N [`Parameters::partners`],
     /// and x the range of partners, d + s, in mean free paths.
     ///
@@ -222,10 +227,11 @@ impl Parameters {
         (1.0 - restitution * restitution) * (0.05 + 0.15 * reach) / partners
     }
 
-    /// Largest [`Parameters::excess_of_repeated_pairs`] at which partners count as uncorrelated.
+    /// Largest relative excess of energy by repeated pairs,
+    /// [`Parameters::excess_of_repeated_pairs`], at which partners count as uncorrelated.
     pub const LARGEST_EXCESS: f64 = 0.0012;
 
-    /// Number of simulators per particle at which collision partners are uncorrelated:
+    /// Returns the number of simulators per particle at which collision partners are uncorrelated:
     /// [`Parameters::excess_of_repeated_pairs`] is at most [`Parameters::LARGEST_EXCESS`] at
     /// restitution 0.8, or 120 partners are within range if that takes fewer. At most 1000, and at
     /// most 2^20 simulators in all.
@@ -260,8 +266,8 @@ impl Parameters {
             .min(MOST_COPIES)
     }
 
-    /// Number of cells along each axis of a box: as many as fit at the chosen side; one beyond the
-    /// dimension.
+    /// Returns the number of cells along each axis of a box: as many as fit at the chosen side of
+    /// cells; 1 beyond the dimension.
     pub fn cells<S: Space>(
         &self,
         domain: &Domain<S>,
@@ -291,242 +297,243 @@ impl Parameters {
     }
 }
 
-/// Number density of particles \[1/length^D\].
-fn density<S: Space>(packing_fraction: f64, diameter: f64) -> f64 {
+/// Returns the number density of particles at a packing fraction \[1/length^D\].
+fn number_density<S: Space>(packing_fraction: f64, diameter: f64) -> f64 {
     packing_fraction.max(1e-12) / S::particle_volume(0.5 * diameter)
 }
 
-/// Mean number of particles in the shell that holds the partners of a particle, within `radius` of
-/// contact.
-fn shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
+/// Returns the mean number of particles in the shell that holds the possible partners of a
+/// particle: at the contact distance, plus or minus `radius` \[length\].
+fn particles_in_shell<S: Space>(packing_fraction: f64, diameter: f64, radius: f64) -> f64 {
     let outer = S::particle_volume(diameter + radius);
-    density::<S>(packing_fraction, diameter)
+    number_density::<S>(packing_fraction, diameter)
         * (outer - S::particle_volume((diameter - radius).max(0.0)))
 }
 
-/// Error with which an engine refuses to start or to resume.
+/// Error with which a DSMC engine refuses to start or to resume.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DsmcError {
-    /// Invalid number of a law, a size, a box or a parameter.
+    /// A number of a law, a size, a box or a parameter is outside its allowed range.
     #[error(transparent)]
     Invalid(#[from] InvalidValue),
-    /// Bytes that are not a checkpoint of this engine.
+    /// The bytes given are not a checkpoint of this engine; the text says why.
     #[error("the bytes are no checkpoint of this gas: {0}")]
     Checkpoint(String),
-    /// Checkpoint shard that cannot be used.
+    /// A shard of the checkpoint, the file of one process, cannot be used.
     #[error(
         "{why}; it has {simulators} simulators in {tiles} tiles, of a checkpoint in {all} shards, which is of no use without it: \
              without its .snapshot file this part of the run begins anew"
     )]
     Shard {
-        /// Fault, with the name of the file.
+        /// Reason why the shard cannot be used, with the name of the file.
         why: String,
-        /// Number of tiles in the shard.
+        /// Number of tiles in the unusable shard.
         tiles: usize,
-        /// Number of simulators in the shard.
+        /// Number of simulators in the unusable shard.
         simulators: u64,
         /// Number of all shards of the checkpoint.
         all: usize,
     },
-    /// Domain decomposition in a program compiled without it.
+    /// Several processes are requested, but the program was compiled without domain decomposition.
     #[error(
         "this program holds a gas in one process; it was compiled without the feature \"processes\""
     )]
     OneProcess,
-    /// Spheres in a box in a program compiled without them.
+    /// Spheres in a box are requested, but the program was compiled without them.
     #[error(
         "this program has no spheres in a box; it was compiled without the feature \"spheres\""
     )]
     NoSpheres,
-    /// Rough particles in a program compiled without them.
+    /// Rough particles are requested, but the program was compiled without them.
     #[error(
         "this program has no particles that spin; it was compiled without the feature \"rough\""
     )]
     NoRough,
-    /// Failure of another process that is to hold a part of the gas.
+    /// Another process that should hold a part of the gas has failed.
     #[error("process {rank}: {why}")]
     Elsewhere {
-        /// Rank of the process.
+        /// Rank of the process that has failed.
         rank: usize,
-        /// Error message of the process.
+        /// Error message of the process that has failed.
         why: String,
     },
-    /// Inelastic displacement at restitution 0, where it is infinite.
+    /// The inelastic displacement of partners is chosen at restitution 0, where it is infinite.
     #[error(
         "restitution 0 with the inelastic displacement d (1 + r)/(2r), which is infinite; allowed: one diameter, or none"
     )]
     NoDisplacement,
-    /// Restitution so small that the inelastic displacement exceeds the box.
+    /// The restitution is so small that the inelastic displacement of partners exceeds the box.
     #[error(
         "restitution {restitution} with the inelastic displacement d (1 + r)/(2r) = {displacement}; allowed: up to the \
          shortest side {side}, and a diameter", restitution = format_short(*restitution), displacement = format_short(*displacement), side = format_short(*side))]
     FarDisplacement {
-        /// Coefficient of restitution at the thermal speed.
+        /// Coefficient of restitution at the thermal speed of the gas.
         restitution: f64,
-        /// Displacement of the largest particles \[length\].
+        /// Displacement of the partners if both are the largest particles \[length\].
         displacement: f64,
-        /// Shortest side of the box \[length\].
+        /// Shortest side of the box, which the displacement exceeds \[length\].
         side: f64,
     },
-    /// Displacement with a cross-cell scheme, whose partners are a contact distance apart anyway.
+    /// A displacement of partners is chosen with a cross-cell scheme, whose partners are a contact
+    /// distance apart anyway.
     #[error(
         "the scheme {scheme} with a displacement; allowed: none, as its partners are a contact distance apart anyway"
     )]
     Displaced {
-        /// Name of the scheme.
+        /// Name of the scheme that allows no displacement of partners.
         scheme: &'static str,
     },
-    /// Invalid weights of regions.
+    /// The weight factors of regions are invalid.
     #[error("weights: {found}; allowed: {allowed}")]
     BadWeights {
-        /// Value found.
+        /// Invalid weight factor, or wrong number of factors, as text.
         found: String,
-        /// Allowed values.
+        /// Allowed weight factors, as text.
         allowed: &'static str,
     },
-    /// Box and faces that are periodic along different axes.
+    /// The box is periodic along an axis where faces are not, or the reverse.
     #[error(
         "axis {axis}: the box is {}, its faces are {}; allowed: both alike",
         if *.periodic { "periodic" } else { "not periodic" },
         if *.periodic { "not" } else { "periodic" }
     )]
     UnlikeFaces {
-        /// Axis, from 0.
+        /// Axis along which box and faces differ, from 0.
         axis: usize,
-        /// True if the box is periodic along the axis.
+        /// True if the box is periodic along this axis.
         periodic: bool,
     },
-    /// Walls that leave no room between them.
+    /// Two opposite walls leave no room for particles between them.
     #[error(
         "axis {axis}: walls, their vibrations and the particles' radii take {needed} of {length}; allowed: less than that", needed = format_short(*needed), length = format_short(*length))]
     NoRoom {
-        /// Axis, from 0.
+        /// Axis along which the walls are too close, from 0.
         axis: usize,
-        /// Side of the box \[length\].
+        /// Side of the box along this axis \[length\].
         length: f64,
-        /// Length taken by walls, vibrations and radii \[length\].
+        /// Length that walls, their vibrations and the particle radii need \[length\].
         needed: f64,
     },
-    /// Walls too close to each other for a cross-cell scheme.
+    /// Two opposite walls are too close for a cross-cell scheme.
     #[error(
         "axis {axis}: the scheme {scheme} between walls {width:.3} mean diameters apart; allowed: 3 or more, as it misses up to a \
          third of the collisions at packing 0.25 in narrower channels, and half of them at 0.4"
     )]
     Narrow {
-        /// Axis, from 0.
+        /// Axis along which the walls are too close for the scheme, from 0.
         axis: usize,
-        /// Name of the scheme.
+        /// Name of the cross-cell scheme that needs a wider box.
         scheme: &'static str,
-        /// Distance of the walls, as particle surfaces meet them \[mean diameters\].
+        /// Distance between the two walls, as particle surfaces meet them \[mean diameters\].
         width: f64,
     },
-    /// Simulator that starts beyond a wall.
+    /// A simulator of the initial state is beyond a wall.
     #[error(
         "simulator {simulator} is at {coordinate} along axis {axis}, beyond a wall; allowed: {} to {}",
         format_short(allowed[0]),
         format_short(allowed[1]), coordinate = format_short(*coordinate))]
     BeyondWall {
-        /// Index of the simulator.
+        /// Index of the simulator that is beyond a wall.
         simulator: usize,
-        /// Axis, from 0.
+        /// Axis of the wall, the direction of its normal, from 0.
         axis: usize,
-        /// Coordinate of the simulator \[length\].
+        /// Coordinate of the simulator along this axis \[length\].
         coordinate: f64,
-        /// Lowest and highest allowed coordinate \[length\].
+        /// Lowest and highest coordinate that walls allow along this axis \[length\].
         allowed: [f64; 2],
     },
-    /// Invalid obstacle, or one outside the box.
+    /// An obstacle is invalid, or outside the box.
     #[error("obstacle {obstacle}: {source}")]
     Obstacle {
-        /// Number of the obstacle, from 0.
+        /// Index of the invalid obstacle, from 0.
         obstacle: usize,
-        /// Fault of the obstacle.
+        /// Reason why the obstacle is invalid.
         source: ObstacleError,
     },
-    /// Cell that obstacles cut into too many parts.
+    /// Obstacles cut a cell of the grid into too many parts.
     #[error(
         "cells {} wide: edges of obstacles cut the cell at ({}, {}) into more than {most} parts; allowed: cells of at most {}, \
          where partners on different sides of a body can be told apart",
         format_short(*width), format_short(place[0]), format_short(place[1]), format_short(*enough))]
     CutCell {
-        /// Lower left corner of the cell \[length\].
+        /// Lower left corner of the cell that has too many parts \[length\].
         place: [f64; 2],
-        /// Narrowest side of a cell \[length\].
+        /// Least side of a cell of the grid \[length\].
         width: f64,
-        /// Largest allowed number of parts.
+        /// Largest allowed number of parts of a cell.
         most: usize,
-        /// Side of cells that are small enough \[length\].
+        /// Side of cells that would be small enough \[length\].
         enough: f64,
     },
-    /// Simulator that starts inside an obstacle.
+    /// A simulator of the initial state is inside an obstacle.
     #[error(
         "simulator {simulator} at ({:.6}, {:.6}) overlaps obstacle {obstacle}; allowed: all outside of it",
         place[0],
         place[1]
     )]
     InObstacle {
-        /// Index of the simulator.
+        /// Index of the simulator that is inside an obstacle.
         simulator: usize,
-        /// Number of the obstacle, from 0.
+        /// Index of the obstacle that contains the simulator, from 0.
         obstacle: usize,
-        /// Position of the simulator \[length\].
+        /// Position of the simulator inside the obstacle \[length\].
         place: [f64; 2],
     },
-    /// Inflow with an invalid number.
+    /// A number of an inflow is invalid.
     #[error("inflow {inflow}: {name} = {value}; allowed: {allowed}", value = format_short(*value))]
     BadInflow {
-        /// Number of the inflow, from 0.
+        /// Index of the inflow with an invalid number, from 0.
         inflow: usize,
-        /// Name of the quantity.
+        /// Name of the invalid quantity of the inflow.
         name: &'static str,
-        /// Value found.
+        /// Invalid value of the inflow's quantity.
         value: f64,
-        /// Allowed values.
+        /// Allowed values of the inflow's quantity, as text.
         allowed: &'static str,
     },
-    /// Number of start states that differs from the number of simulators per particle.
+    /// The number of initial states given differs from the number of simulators per particle.
     #[error(
         "{found} states for {wanted} simulators of each particle; allowed: one for each, all alike in number, time and box"
     )]
     UnequalStarts {
-        /// Number of states given.
+        /// Number of initial states given.
         found: usize,
-        /// Number of states needed.
+        /// Number of initial states needed: one for each simulator per particle.
         wanted: usize,
     },
-    /// Individual particle sizes in a gas whose number of simulators varies.
+    /// Particles have individual sizes although the number of simulators can change.
     #[error(
         "open faces or weights, and a size of its own for each particle; allowed: equal particles, or species"
     )]
     Individuals,
-    /// Scheme that does not support a boundary.
+    /// The scheme does not support a boundary condition of the box.
     #[error("the scheme {scheme} with {what}; allowed: {allowed}")]
     Boundary {
-        /// Name of the scheme.
+        /// Name of the scheme that does not support the boundary condition.
         scheme: &'static str,
-        /// Boundary that the scheme does not support.
+        /// Boundary condition that the scheme does not support.
         what: &'static str,
-        /// Schemes that support it.
+        /// Schemes that support the boundary condition, as text.
         allowed: &'static str,
     },
-    /// Position, velocity or spin that is not finite, or too large to be squared.
+    /// Position, velocity or spin of a simulator is not finite, or too large to be squared.
     #[error(
         "simulator {simulator} has position {position:?} and velocity {velocity:?}; allowed are finite numbers up to 1e150"
     )]
     BadNumber {
-        /// Index of the simulator.
+        /// Index of the simulator with an invalid number.
         simulator: usize,
-        /// Position \[length\].
+        /// Position of the simulator with an invalid number \[length\].
         position: Vec<f64>,
-        /// Velocity \[length/time\].
+        /// Velocity of the simulator with an invalid number \[length/time\].
         velocity: Vec<f64>,
     },
 }
 
 impl DsmcError {
-    /// Converts lengths and speeds of the error to the units of a case. Inflows and obstacles are
-    /// stored in these already.
+    /// Converts lengths and speeds of the error to the units of a case, for messages. Inflows and
+    /// obstacles are stored in these already.
     #[must_use]
     pub fn in_units(mut self, units: &MessageUnits) -> Self {
         let scale =

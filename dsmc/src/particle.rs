@@ -1,4 +1,4 @@
-//! Data stored for each simulator.
+//! Simulator, the particle of the DSMC: its stored data, with or without tracking of displacements.
 
 use std::fmt::Debug;
 
@@ -6,10 +6,10 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, ParticleModel, Sizes, Space, SpinOf, Vector, VectorOf};
 
-/// Type-level choice whether displacements are tracked. It changes the data of a simulator by
-/// nothing or one vector.
+/// Compile-time choice whether displacements of simulators are tracked: a simulator stores one
+/// vector more, or nothing.
 pub trait DisplacementTracking<S: Space>: Copy + Debug + Send + Sync + 'static {
-    /// Displacement data of a simulator.
+    /// Displacement data stored in a simulator: a vector, or nothing.
     type DisplacementMark: Copy
         + Debug
         + Default
@@ -18,13 +18,13 @@ pub trait DisplacementTracking<S: Space>: Copy + Debug + Send + Sync + 'static {
         + DeserializeOwned
         + Send
         + Sync;
-    /// Adds a displacement.
+    /// Adds a flight path to the stored displacement; does nothing if untracked.
     fn add_displacement(mark: &mut Self::DisplacementMark, by: S::Vector);
-    /// Displacement so far \[length\]; zero if untracked.
+    /// Returns the displacement accumulated so far \[length\]; zero if untracked.
     fn displacement_of(mark: Self::DisplacementMark) -> S::Vector;
 }
 
-/// Displacements are not tracked.
+/// Choice not to track the displacements of simulators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Untracked;
 
@@ -37,7 +37,7 @@ impl<S: Space> DisplacementTracking<S> for Untracked {
     }
 }
 
-/// Displacements are tracked, unwrapped across periodic faces.
+/// Choice to track the displacements of simulators, unwrapped across periodic faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tracked;
 
@@ -52,23 +52,23 @@ impl<S: Space> DisplacementTracking<S> for Tracked {
     }
 }
 
-/// Simulator: 32 bytes in two dimensions, plus its size key, displacement and spin where the gas
-/// needs them.
+/// Simulator, the particle of the DSMC: 32 bytes in two dimensions, plus size tag, displacement and
+/// spin where the gas needs them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Simulator<V, T, M, W> {
-    /// Position \[length\].
+    /// Position of the simulator in the box \[length\].
     pub position: V,
-    /// Velocity \[length/time\].
+    /// Velocity of the simulator \[length/time\].
     pub velocity: V,
-    /// Key into the table of radii and masses.
+    /// Tag by which radius, mass and species of the simulator are found.
     pub tag: T,
-    /// Displacement so far, or an empty value.
+    /// Displacement since tracking began \[length\], or an empty value if untracked.
     pub mark: M,
-    /// Angular velocity \[1/time\], or an empty value for smooth particles.
+    /// Angular velocity of the simulator \[1/time\], or an empty value for smooth particles.
     pub spin: W,
 }
 
-/// Simulator of a physical model.
+/// Simulator type of a particle model, with or without tracking of displacements.
 pub type SimulatorOf<P, F> = Simulator<
     VectorOf<P>,
     <<P as ParticleModel>::Sizes as Sizes>::Tag,
@@ -76,12 +76,13 @@ pub type SimulatorOf<P, F> = Simulator<
     SpinOf<P>,
 >;
 
-/// True if all components can be squared.
+/// Returns true if all components of a vector are finite and can be squared without overflow.
 pub(crate) fn is_good<V: Vector>(dimension: usize, vector: V) -> bool {
     (0..dimension).all(|axis| vector[axis].abs() <= 1e150)
 }
 
-/// Index in the state, where each particle has its own size; a placeholder otherwise.
+/// Returns the index in the state of a simulator that has its own size, by its tag; a placeholder
+/// otherwise.
 pub(crate) fn index<P: ParticleModel>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
     if P::Sizes::INDIVIDUAL {
         P::Sizes::index_of(tag, 0) as u32
@@ -90,7 +91,8 @@ pub(crate) fn index<P: ParticleModel>(tag: <P::Sizes as Sizes>::Tag) -> u32 {
     }
 }
 
-/// Area or volume covered by particles of these sizes, in units of the largest particle.
+/// Returns the area or volume that particles with these size tags cover, in units of the largest
+/// particle.
 #[inline(always)]
 pub(crate) fn covered<P: ParticleModel>(
     sizes: &P::Sizes,

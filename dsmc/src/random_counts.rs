@@ -1,8 +1,9 @@
-//! Random rounding of expected numbers, and random pairs.
+//! Random rounding of expected numbers to whole numbers, and draws of random pairs of indices.
 
 use rand::{Rng, RngExt};
 
-/// Rounds a mean at random to one of the adjacent whole numbers, so that the expectation is exact.
+/// Rounds a mean at random to one of the two adjacent whole numbers, so that the expectation is
+/// exact.
 ///
 /// The number of candidate pairs needs the exact mean and a small variance. Poisson numbers, exact
 /// for an isolated cell, increase the diffusion in cells with few partners by 0.85 over the number
@@ -13,7 +14,8 @@ pub(crate) fn draw_whole(mean: f64, stream: &mut impl Rng) -> u64 {
     (mean + stream.random::<f64>()) as u64
 }
 
-/// Draws two different indices below `count`, each pair with equal chance to count^2/2^64.
+/// Draws two different random indices below `count`, each pair with equal probability to
+/// count^2/2^64.
 #[inline(always)]
 pub(crate) fn draw_pair(count: u64, stream: &mut impl Rng) -> [usize; 2] {
     // The fractional part of the first product is as random as the number it came from.

@@ -1,4 +1,5 @@
-//! Adaptive weights: regions whose simulator weight follows the number of simulators.
+//! Adaptive simulator weights: the weight factor of a region of the box follows its number of
+//! simulators.
 
 use stosszahl_model::ParticleModel;
 use stosszahl_model::random::Purpose;
@@ -8,10 +9,10 @@ use crate::engine::DsmcEngine;
 use crate::particle::DisplacementTracking;
 use crate::random_counts::draw_whole;
 
-/// Number of steps between two adaptations.
+/// Number of time steps between two adaptations of the simulator weights.
 const EVERY: u64 = 16;
 
-/// First number of the random streams of regions; numbers of flights stay below it.
+/// Lowest number of the random streams for adaptive weights; numbers of free flights stay below it.
 const REGION_STREAMS: u64 = 1 << 63;
 
 impl<P, F> DsmcEngine<P, F>
@@ -19,9 +20,9 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Doubles or halves the weights of regions that hold too few or too many simulators. Each
-    /// simulator of such a region is deleted, kept or doubled at random; the change is entered in
-    /// the balance ledger. Tiles must be sorted before, and are sorted after.
+    /// Doubles or halves the weight factors of regions that hold too many or too few simulators.
+    /// Each simulator of such a region is deleted, kept or doubled at random; the change is entered
+    /// in the balance ledger. Tiles must be sorted before, and are sorted after.
     pub(crate) fn follow_number(&mut self) {
         let Some(surroundings) = &self.surroundings else {
             return;
@@ -69,12 +70,12 @@ where
         self.update_step_bounds();
     }
 
-    /// Returns true if weights adapt in this step.
+    /// Returns true if the simulator weights adapt in this time step.
     pub(crate) fn weighs_anew(&self) -> bool {
         self.followed().is_some() && self.tally.steps.is_multiple_of(EVERY)
     }
 
-    /// Adaptive weights; `None` if weights are fixed.
+    /// Returns the simulator weights if they are adaptive; `None` if fixed.
     pub(crate) fn followed(&self) -> Option<&SimulatorWeights> {
         let surroundings = self.surroundings.as_ref();
         surroundings

@@ -1,4 +1,5 @@
-//! Initial simulators, several for each particle.
+//! Initial simulators of a gas with several simulators per particle: independent or coherent copies
+//! of one state.
 
 use rand::{Rng, RngExt};
 use stosszahl_model::random::{Purpose, Streams};
@@ -9,10 +10,10 @@ use stosszahl_model::{
 use crate::parameters::{Parameters, SimulatorStart};
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
-/// Number of particles in the neighbourhood whose mean coherent copies keep.
+/// Number of particles in the neighbourhood whose mean velocity coherent copies of a state keep.
 const NEIGHBOURHOOD: f64 = 32.0;
 
-/// Creates simulators from one state for each set, set after set.
+/// Creates simulators from several given states, one for each set of simulators, set after set.
 pub(crate) fn coarse_of_sets<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     sets: &[State<P>],
@@ -33,7 +34,8 @@ pub(crate) fn coarse_of_sets<P: ParticleModel, F: DisplacementTracking<P::Space>
         .collect()
 }
 
-/// Creates the simulators of a state, set after set, each in the order of the state.
+/// Creates the simulators of a state with further sets of copies, set after set, each in the order
+/// of the state.
 pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     parameters: &Parameters,
@@ -51,7 +53,7 @@ pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         let bodies: Vec<ParticleState<P>> = match &flow {
             _ if copy == 0 => state.bodies.clone(),
             Some(flow) => flow.copy(scene, state, &mut stream),
-            None => independent(scene, state, &mut stream),
+            None => independent_copy(scene, state, &mut stream),
         };
         let bodies = bodies.into_iter().enumerate();
         simulators.extend(bodies.map(|(index, body)| Simulator {
@@ -65,8 +67,9 @@ pub(crate) fn simulators<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     simulators
 }
 
-/// Shifts the whole state and rotates its velocities at random.
-fn independent<P: ParticleModel>(
+/// Returns an independent copy of a state: shifted by a random vector, with all velocities rotated
+/// at random.
+fn independent_copy<P: ParticleModel>(
     scene: &P,
     state: &State<P>,
     stream: &mut impl Rng,
@@ -88,7 +91,7 @@ fn independent<P: ParticleModel>(
     state.bodies.iter().map(turned).collect()
 }
 
-/// Draws a vector with uniform components, each from 0 to the component of `lengths`.
+/// Draws a random vector, each component uniformly from 0 to that of `lengths`.
 fn random_vector<P: ParticleModel>(lengths: VectorOf<P>, stream: &mut impl Rng) -> VectorOf<P> {
     let mut vector = VectorOf::<P>::default();
     for axis in 0..P::Space::DIMENSION {
@@ -97,16 +100,17 @@ fn random_vector<P: ParticleModel>(lengths: VectorOf<P>, stream: &mut impl Rng) 
     vector
 }
 
-/// Long waves of a state: the mean velocity around each particle.
+/// Coarse flow field of a state, its long waves: the mean velocity around each particle.
 struct Flow<V> {
-    /// Width of a neighbourhood along each axis \[length\].
+    /// Width of a neighbourhood for mean velocities along each axis \[length\].
     width: V,
-    /// Mean velocity around each particle \[length/time\].
+    /// Mean velocity in the neighbourhood of each particle \[length/time\].
     means: Vec<V>,
 }
 
 impl<V: Vector> Flow<V> {
-    /// Averages over blocks of three by three cells around the cell of each particle.
+    /// Computes the mean velocity around each particle: averages over blocks of three cells along
+    /// each axis around its cell.
     fn block_averages<P: ParticleModel>(scene: &P, state: &State<P>) -> Self
     where
         P::Space: Space<Vector = V>,
@@ -165,7 +169,8 @@ impl<V: Vector> Flow<V> {
         Self { width, means }
     }
 
-    /// Copies the state with its long waves and random short ones, at equal energy and momentum.
+    /// Returns a coherent copy of a state: same long waves of the flow, random velocities relative
+    /// to these, equal energy and momentum.
     fn copy<P: ParticleModel>(
         &self,
         scene: &P,

@@ -1,14 +1,14 @@
-//! Collision schemes: which pairs collide, and how often.
+//! Collision schemes of the DSMC: which pairs collide, how often, and how density enters.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Space;
 
-/// Density window: cells over which the packing fraction is averaged.
+/// Window of the local packing fraction: the cells over which it is averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Neighbourhood {
-    /// The whole box.
+    /// Window of the whole box: the mean packing fraction.
     Mean,
-    /// The square or cube of (2n + 1)^D cells around a cell.
+    /// Square or cubic window of (2n + 1)^D cells around a cell.
     Cells(u32),
 }
 
@@ -16,88 +16,94 @@ pub enum Neighbourhood {
 /// receives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PartnerDisplacement {
-    /// No displacement.
+    /// No displacement of partners.
     None,
-    /// Displacement by the contact distance d: Alexander, Garcia & Alder, Phys. Rev. Lett. 74, 5212
-    /// (1995), doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then that of elastic
-    /// hard particles, times 2r/(1 + r) for restitution r, which shortens the momentum that is
-    /// carried.
+    /// Displacement of partners by the contact distance d: Alexander, Garcia & Alder, Phys. Rev.
+    /// Lett. 74, 5212 (1995), doi:10.1103/PhysRevLett.74.5212. The collisional pressure is then
+    /// that of elastic hard particles, times 2r/(1 + r) for restitution r, which shortens the
+    /// momentum that is carried.
     Diameter,
-    /// Displacement by d (1 + r)/(2r), which compensates for the shorter momentum. Not for
-    /// restitution 0.
+    /// Displacement of partners by d (1 + r)/(2r), with restitution r, which gives the pressure of
+    /// elastic hard particles. Not for restitution 0.
     Inelastic,
 }
 
-/// Distance at which a wall stops a particle: zero or the particle's radius.
+/// Contact of particles with walls: distance from a wall at which the particle's centre is stopped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WallClearance {
-    /// The wall stops the centre: particles are points for walls, as in the dilute gas.
+    /// A wall stops a particle's centre: particles are points for walls, as in the dilute gas.
     #[default]
     Centre,
-    /// The wall stops the surface: the centre stays one radius away.
+    /// A wall stops a particle's surface: the centre stays one radius away.
     Radius,
 }
 
-/// Selection of the partner of a collision: the algorithm that a scheme uses.
+/// Algorithm by which a scheme selects the partner of a collision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartnerSelection {
-    /// No partners: particles do not collide.
+    /// No partners: particles do not collide, as in free molecular flow.
     None,
-    /// Any other simulator of the cell.
+    /// Partner is any other simulator of the same cell.
     WithinCell,
-    /// A simulator of the cell at the contact distance along a random line of centres.
+    /// Partner is a simulator of the cell at the contact distance along a random line of centres
+    /// (ESMC).
     ContactCell,
-    /// A simulator that overlaps, in the same cell or a neighbouring one.
+    /// Partner is a simulator that overlaps, in the same cell or a neighbouring one (stochastic
+    /// hard disks).
     Overlap,
-    /// A simulator within a radius around the point of contact, or the nearest to it.
+    /// Partner is a simulator within a radius around the point of contact, or the nearest to it.
     AroundContact,
 }
 
-/// Dependence of the collision rate on density.
+/// Contact value chi of a scheme as a function of density, the factor on the collision rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactLaw {
-    /// chi = 1: the rate of the dilute gas.
+    /// Contact value chi = 1: the collision rate of the dilute gas.
     Dilute,
-    /// chi = V/(V - `V_0`), `V_0` the volume of the particles at random close packing.
+    /// Contact value chi = V/(V - `V_0`), with `V_0` the volume of the particles at random close
+    /// packing.
     FreeVolume,
-    /// chi of [`Space::contact_value`], as in Enskog's theory.
+    /// Contact value chi of [`Space::contact_value`], as in Enskog's theory.
     Enskog,
 }
 
-/// Density window of a scheme: where the packing fraction of its contact value is taken.
+/// Window of the packing fraction from which a scheme takes its contact value: fixed or adaptive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DensityWindow {
-    /// A stated neighbourhood.
+    /// Window with a fixed number of cells.
     Fixed(Neighbourhood),
-    /// A length that follows from the number of simulators per particle: at least three diameters,
-    /// or about one with many simulators.
+    /// Window whose width follows from the number of simulators per particle: at least three
+    /// diameters, or about one with many simulators.
     Adaptive,
 }
 
-/// Properties in which collision schemes differ, also schemes with the same partner selection.
+/// Properties in which collision schemes differ: partners, contact value, density window, and
+/// defaults of parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct SchemeProperties {
-    /// Name in file names and tables.
+    /// Name of the scheme in file names and tables.
     pub name: &'static str,
-    /// Selection of partners.
+    /// Algorithm that selects the partners of collisions.
     pub partners: PartnerSelection,
-    /// Dependence of the collision rate on density.
+    /// Contact value chi as a function of density.
     pub contact: ContactLaw,
-    /// Density window.
+    /// Window of cells in which the packing fraction is taken.
     pub window: DensityWindow,
-    /// Default displacement of partners.
+    /// Default displacement of partners in collisions within a cell.
     pub displacement: PartnerDisplacement,
-    /// Default number of time steps in a mean free time and in a cell crossing.
+    /// Default number of time steps in a mean free time and in the time to cross a cell.
     pub steps_per_cell_crossing: f64,
-    /// Default limit of chi.
+    /// Default upper limit of the contact value chi.
     pub max_contact_value: f64,
-    /// Default clearance of walls: centres of point-like particles, surfaces of hard ones.
+    /// Default contact of particles with walls: by the centre for point-like particles, by the
+    /// surface for hard ones.
     pub clearance: WallClearance,
-    /// True if the uniform shear flow between partners contributes to their approach speed, and
-    /// partners carry momentum over their distance: the contact distance, as in Enskog's theory, or
-    /// the distance of their centres if they overlap. Other partners are treated as points.
+    /// True if the shear flow between partners contributes to their approach speed, and partners
+    /// carry momentum over their distance: the contact distance, as in Enskog's theory, or that of
+    /// their centres if they overlap. Other partners are treated as points.
     pub feels_flow: bool,
-    /// Branch of the random streams of a replica: schemes draw different numbers.
+    /// Branch of a replica's random streams that the scheme uses, so that schemes draw different
+    /// numbers.
     pub random_branch: u64,
 }
 
@@ -107,36 +113,38 @@ pub struct SchemeProperties {
 /// pairs within a cell; the last three draw partners by position, at about a contact distance d.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Scheme {
-    /// No collisions at all: free molecular flow.
+    /// Free molecular flow: no collisions at all.
     Collisionless,
-    /// Dilute gas, chi = 1. Converges to the Boltzmann equation.
+    /// Boltzmann scheme of a dilute gas, contact value chi = 1. Converges to the Boltzmann
+    /// equation.
     Boltzmann,
-    /// Free-volume scheme of Luding, Müller & McNamara (1998).
+    /// Free-volume scheme of Luding, Müller & McNamara (1998): pairs within a cell, at a rate
+    /// raised by the free volume of the cell.
     ///
     /// chi = V/(V - `V_0`), `V_0` the area that the disks of the cell need at random close packing,
     /// 0.82 (spheres: 0.64). 9 % below Enskog at packing 0.25; without a limit it is infinite or
     /// negative in a crowded cell.
     FreeVolume,
-    /// Enskog scheme: chi at the packing around the cell. With many simulators, the local Enskog
-    /// collision rate.
+    /// Enskog scheme: pairs within a cell, with the contact value chi at the packing fraction
+    /// around the cell. With many simulators it has the local Enskog collision rate.
     Enskog(Neighbourhood),
-    /// Enskog Simulation Monte Carlo (Montanero & Santos, Phys. Rev. E 54, 438 (1996),
-    /// doi:10.1103/PhysRevE.54.438).
+    /// Enskog Simulation Monte Carlo, ESMC (Montanero & Santos, Phys. Rev. E 54, 438 (1996),
+    /// doi:10.1103/PhysRevE.54.438): partners from the cell at contact distance.
     ///
     /// A partner is drawn from the cell at distance d from the simulator along a random line of
     /// centres, with probability proportional to the number in that cell and chi halfway. With many
     /// simulators and small cells it solves the Enskog equation.
     Esmc(Neighbourhood),
     /// Stochastic hard-sphere dynamics (Donev, Alder & Garcia, Phys. Rev. Lett. 101, 075902 (2008),
-    /// doi:10.1103/PhysRevLett.101.075902).
+    /// doi:10.1103/PhysRevLett.101.075902): overlapping pairs collide at random.
     ///
     /// Pairs closer than d that approach at `g_n` along their line of centres collide at the rate
     /// `stiffness` D chi `g_n`/d. The gas is a fluid of penetrable particles, with fluctuations and
     /// structure of its own equation of state. At large stiffness it tends to exact hard particles,
     /// its collision rate from below.
     StochasticDisks {
-        /// Relative collision rate of overlapping particles; 1 would give Enskog's rate if they
-        /// overlapped as in the dilute gas.
+        /// Relative collision rate of overlapping simulators; 1 would give Enskog's rate if they
+        /// overlapped as often as in the dilute gas.
         stiffness: f64,
     },
     /// Contact-point scheme: Enskog's rate for the local density, however few the partners
@@ -152,18 +160,19 @@ pub enum Scheme {
     /// With more simulators the density is averaged over about a diameter around the point halfway
     /// to contact. With 16 per disk, S(k d) agrees with exact disks within 5 % up to k d = 1.
     ContactPoint {
-        /// Radius around the point within which all simulators are equally likely; outside it the
-        /// nearest in the cells around is taken \[length\]. `None`: half the diameter, or a quarter
-        /// of the mean free path if that is longer.
+        /// Radius around the point of contact within which all simulators are equally likely
+        /// partners \[length\]; without any, the nearest in the cells around is taken. `None`: half
+        /// the diameter, or a quarter of the mean free path if that is longer.
         radius: Option<f64>,
     },
 }
 
 impl Scheme {
-    /// Contact-point scheme with its default radius: the scheme to compare with exact disks.
+    /// Contact-point scheme with its default partner radius: the scheme to compare with exact
+    /// disks.
     pub const CONTACT_POINT: Self = Self::ContactPoint { radius: None };
 
-    /// All schemes, each with its default settings.
+    /// List of all collision schemes, each with its default settings.
     pub const ALL: [Self; 7] = [
         Self::Collisionless,
         Self::Boltzmann,
@@ -174,7 +183,8 @@ impl Scheme {
         Self::CONTACT_POINT,
     ];
 
-    /// Scheme of a [`Self::name`], with its default settings.
+    /// Returns the collision scheme with a [`Self::name`], in its default settings; `None` for an
+    /// unknown name.
     ///
     /// ```
     /// use stosszahl_dsmc::{Neighbourhood, Scheme};
@@ -186,11 +196,13 @@ impl Scheme {
         Self::ALL.into_iter().find(|scheme| scheme.name() == name)
     }
 
-    /// Properties of the scheme.
+    /// Returns the properties of the scheme: partners, contact value, density window, and defaults
+    /// of parameters.
     pub const fn properties(self) -> SchemeProperties {
-        /// Limit of chi for schemes without a limit of their own: beyond chi at any packing.
+        /// Limit of the contact value chi for schemes without a limit of their own: above chi at
+        /// any packing fraction.
         const UNLIMITED: f64 = 1e3;
-        /// Properties that most schemes within cells share.
+        /// Properties that most schemes with pairs within cells have in common.
         const WITHIN_CELL: SchemeProperties = SchemeProperties {
             name: "",
             partners: PartnerSelection::WithinCell,
@@ -203,13 +215,13 @@ impl Scheme {
             feels_flow: false,
             random_branch: 0,
         };
-        /// Properties that most schemes with partners across cells share.
+        /// Properties that most schemes with partners across cells have in common.
         const CROSS_CELL: SchemeProperties = SchemeProperties {
             displacement: PartnerDisplacement::None,
             feels_flow: true,
             ..WITHIN_CELL
         };
-        /// Properties of schemes of points.
+        /// Properties of schemes for the dilute gas of point-like particles.
         const DILUTE: SchemeProperties = SchemeProperties {
             contact: ContactLaw::Dilute,
             displacement: PartnerDisplacement::None,
@@ -271,7 +283,7 @@ impl Scheme {
         }
     }
 
-    /// The same scheme with other settings; settings that the scheme lacks are ignored.
+    /// Returns the scheme with other settings; settings that the scheme does not have are ignored.
     #[must_use]
     pub fn with_settings(self, settings: SchemeSettings) -> Self {
         match self {
@@ -287,8 +299,8 @@ impl Scheme {
         }
     }
 
-    /// Rate of collisions of overlapping simulators, over that at which dilute ones would have
-    /// Enskog's rate; 1 for schemes without overlap.
+    /// Returns the collision rate of overlapping simulators, relative to that at which dilute ones
+    /// would have Enskog's rate; 1 for schemes without overlap.
     pub(crate) const fn stiffness(self) -> f64 {
         match self {
             Self::StochasticDisks { stiffness } => stiffness,
@@ -296,12 +308,12 @@ impl Scheme {
         }
     }
 
-    /// Name used in file names and tables.
+    /// Returns the name of the scheme in file names and tables.
     pub const fn name(self) -> &'static str {
         self.properties().name
     }
 
-    /// Selection of partners.
+    /// Returns the algorithm by which the scheme selects collision partners.
     pub const fn partners(self) -> PartnerSelection {
         self.properties().partners
     }
@@ -318,12 +330,13 @@ impl Scheme {
         )
     }
 
-    /// Returns true if chi = 1, so that the collision rate is dilute at any density.
+    /// Returns true if the contact value is 1, so that the collision rate is that of the dilute gas
+    /// at any density.
     pub fn is_dilute(self) -> bool {
         self.properties().contact == ContactLaw::Dilute
     }
 
-    /// Factor chi at a packing fraction, before any limit.
+    /// Returns the contact value chi of the scheme at a packing fraction, before any limit.
     pub fn contact_value<S: Space>(self, packing_fraction: f64) -> f64 {
         match self.properties().contact {
             ContactLaw::Dilute => 1.0,
@@ -334,13 +347,14 @@ impl Scheme {
     }
 }
 
-/// Settings that only some schemes have; `None` for the default.
+/// Settings that only some collision schemes have; `None` for the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SchemeSettings {
-    /// Density window of [`Scheme::Enskog`] and [`Scheme::Esmc`].
+    /// Window of the local packing fraction in [`Scheme::Enskog`] and [`Scheme::Esmc`].
     pub neighbourhood: Option<Neighbourhood>,
-    /// Stiffness of [`Scheme::StochasticDisks`].
+    /// Relative collision rate of overlapping simulators in [`Scheme::StochasticDisks`].
     pub stiffness: Option<f64>,
-    /// Partner radius of [`Scheme::ContactPoint`] \[length\].
+    /// Radius of the partner search around the point of contact in [`Scheme::ContactPoint`]
+    /// \[length\].
     pub radius: Option<f64>,
 }

@@ -1,4 +1,5 @@
-//! DSMC engines behind the common interface [`stosszahl_model::Simulation`], chosen at run time.
+//! DSMC gases in cells behind the common interface [`stosszahl_model::Simulation`], with engine
+//! types chosen at run time.
 
 mod among;
 mod begin;

@@ -1,4 +1,5 @@
-//! Start and resume of an engine.
+//! Start of a DSMC engine from a state, and resumption from a checkpoint: checks, grid, tiles and
+//! placement of simulators.
 
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::random::{Purpose, Streams};
@@ -25,21 +26,21 @@ use crate::tally::{CellCount, CollisionCounters, EnergyUnit, StepBounds};
 use crate::threads::Pool;
 use crate::tile::{SendBuffer, Tile};
 
-/// Target number of simulators per tile: with its working copy a tile fits the second-level cache,
-/// of 2 MB; fewer simulators leave a larger tile.
+/// Target number of simulators per tile: with its working copy a tile fits a second-level cache of
+/// 2 MB.
 const PER_TILE: usize = 8192;
 
-/// Target number of simulators per tile of cross-cell schemes: larger tiles need fewer ghost cells.
+/// Target number of simulators per tile for cross-cell schemes; too small tiles need many ghost
+/// cells.
 const PER_TILE_ACROSS: usize = 3072;
-/// Smallest number of tiles of cross-cell schemes, so that threads have enough tiles of each
-/// colour.
+/// Least number of tiles for cross-cell schemes, so that all threads have tiles of each colour.
 const TILES_ACROSS: usize = 25;
 
 impl<P> DsmcEngine<P>
 where
     P: ParticleModel,
 {
-    /// Starts an engine as [`DsmcEngine::start`] without tracking displacements.
+    /// Starts an engine from a state, as [`DsmcEngine::start`], without tracking displacements.
     ///
     /// # Errors
     /// As [`DsmcEngine::start`].
@@ -58,7 +59,7 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Starts an engine from a state of particles.
+    /// Starts an engine in a periodic box from a state of particles.
     ///
     /// With several simulators per particle, the first set has the state's own positions and
     /// velocities, and further sets are made as [`crate::SimulatorStart`] says.
@@ -80,7 +81,8 @@ where
         )
     }
 
-    /// Starts an engine as [`DsmcEngine::start`], in a box with these boundaries.
+    /// Starts an engine from a state of particles, as [`DsmcEngine::start`], in a box with boundary
+    /// conditions.
     ///
     /// # Errors
     /// As [`DsmcEngine::start`], and if boundaries are inconsistent with the box, the scheme or
@@ -107,9 +109,9 @@ where
         )
     }
 
-    /// Starts an engine between boundaries from one independent state for each simulator of a
-    /// particle. Needed where a state may not be shifted and rotated, as between walls and in a
-    /// flow.
+    /// Starts an engine with several simulators per particle from as many independent states, in a
+    /// box with boundary conditions. Needed where a state may not be shifted and rotated, as
+    /// between walls and in a flow.
     ///
     /// # Errors
     /// As [`DsmcEngine::start_between`], and unless there is a state for each simulator of a
@@ -146,7 +148,8 @@ where
         )
     }
 
-    /// Starts an engine with simulators in their order of memory.
+    /// Starts an engine from simulators in the order of memory. The first `checked` of them must
+    /// lie where boundaries allow.
     fn begin(
         scene: &P,
         parameters: Parameters,
@@ -181,8 +184,8 @@ where
         Ok(engine)
     }
 
-    /// Resumes from a checkpoint of a run started with equal arguments, cells and tiles, and
-    /// continues to the same bytes.
+    /// Resumes an engine in a periodic box from a checkpoint of a run started with equal arguments,
+    /// cells and tiles, and continues to the same bytes.
     ///
     /// # Errors
     /// As [`DsmcEngine::new`].
@@ -197,7 +200,8 @@ where
         Self::resume_between(scene, parameters, domain, checkpoint, &boundaries, streams)
     }
 
-    /// Resumes as [`DsmcEngine::resume`], in a box with these boundaries.
+    /// Resumes an engine from a checkpoint, as [`DsmcEngine::resume`], in a box with boundary
+    /// conditions.
     ///
     /// # Errors
     /// As [`DsmcEngine::start_between`].
@@ -209,14 +213,14 @@ where
         boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
     ) -> Result<Self, DsmcError> {
-        let domain = slid(domain, checkpoint.offset)?;
+        let domain = displaced_images(domain, checkpoint.offset)?;
         Self::build(
             scene, parameters, domain, checkpoint, boundaries, streams, None,
         )
     }
 
-    /// Builds an engine from a checkpoint. `fresh`: for a start, the number of particles in its
-    /// state.
+    /// Builds an engine from a checkpoint. For a start, `fresh` is the number of simulators whose
+    /// positions are checked; `None` for a run that resumes.
     fn build(
         scene: &P,
         parameters: Parameters,
@@ -251,7 +255,7 @@ where
             .packing_fraction(weight / volume)
             .max(boundaries.densest(scene.sizes()));
         let radius = parameters.partner_radius::<P::Space>(packing_fraction, mean_diameter);
-        let grid = grid(
+        let grid = create_grid(
             &parameters,
             domain,
             parameters.cells(&domain, packing_fraction, mean_diameter),
@@ -328,7 +332,7 @@ where
         Ok(engine)
     }
 
-    /// Distributes simulators among the tiles; the order within a cell is kept.
+    /// Rebuilds all tiles from a list of simulators; the order of simulators within a cell is kept.
     pub(crate) fn fill(&mut self, simulators: &[SimulatorOf<P, F>]) {
         let places = self.grid.places();
         let mut sorted: Vec<(u32, u16, u32)> = simulators
@@ -378,7 +382,7 @@ where
     }
 }
 
-/// Placement of initial simulators among boundaries.
+/// Placement of initial simulators in a box with walls and obstacles.
 struct Entry<'a, P: ParticleModel> {
     scene: &'a P,
     surroundings: &'a GridBoundaries<P>,
@@ -389,9 +393,9 @@ struct Entry<'a, P: ParticleModel> {
 }
 
 impl<P: ParticleModel> Entry<'_, P> {
-    /// Places the simulators of a fresh start: the first `fresh` must lie where boundaries allow,
-    /// further sets are reflected at walls, and each becomes as many copies as its weight requires.
-    /// With `fresh` `None`, simulators keep their number.
+    /// Places initial simulators between walls and obstacles: the first `fresh` must lie where
+    /// boundaries allow, further sets are reflected at walls, and each becomes as many copies as
+    /// its weight requires. With `fresh` `None`, simulators keep their number.
     fn place<F: DisplacementTracking<P::Space>>(
         &self,
         simulators: Vec<SimulatorOf<P, F>>,
@@ -440,8 +444,9 @@ impl<P: ParticleModel> Entry<'_, P> {
     }
 }
 
-/// Creates the cells and tiles of a run, for a contact distance and a radius of the partner search.
-fn grid<S: Space>(
+/// Creates the grid of cells and tiles of a run, for a contact distance `diameter` and a `radius`
+/// of the partner search \[length\].
+fn create_grid<S: Space>(
     parameters: &Parameters,
     domain: Domain<S>,
     counts: [usize; 3],
@@ -460,7 +465,7 @@ fn grid<S: Space>(
     Grid::new(domain, counts, simulators, per_tile, reach)
 }
 
-/// Sets the free volume of cells beside walls and obstacles.
+/// Sets the free volume of cells next to walls and obstacles in the local density.
 fn leave_room<P: ParticleModel>(
     surroundings: &GridBoundaries<P>,
     grid: &Grid<P::Space>,
@@ -471,13 +476,13 @@ fn leave_room<P: ParticleModel>(
     require_room(surroundings, density.scheme())
 }
 
-/// Refuses walls so close to each other that the rate of a cross-cell scheme is wrong by an unknown
-/// amount.
+/// Refuses two walls so close to each other that the collision rate of a cross-cell scheme would be
+/// wrong by an unknown amount.
 pub(crate) fn require_room<P: ParticleModel>(
     surroundings: &GridBoundaries<P>,
     scheme: Scheme,
 ) -> Result<(), DsmcError> {
-    /// Smallest distance of walls \[mean diameters\].
+    /// Least distance between two walls for a cross-cell scheme \[mean diameters\].
     const LEAST: f64 = 3.0;
     let mut axes = (0..P::Space::DIMENSION).map(|axis| (axis, surroundings.width(axis)));
     match axes.find(|(_, width)| *width < LEAST) {
@@ -493,7 +498,7 @@ pub(crate) fn require_room<P: ParticleModel>(
     }
 }
 
-/// Checks that parameters, boundaries and sizes are consistent.
+/// Checks that numerical parameters, boundary conditions and particle sizes are consistent.
 pub(crate) fn check_choices<P: ParticleModel>(
     scene: &P,
     parameters: Parameters,
@@ -513,13 +518,14 @@ pub(crate) fn check_choices<P: ParticleModel>(
     check_displacement(scene, parameters, domain)
 }
 
-/// Shifts the images above and below the box to `offset` \[length\], if they slide.
-fn slid<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, DsmcError> {
+/// Returns the box with its periodic images above and below displaced by `offset` \[length\], in a
+/// shear flow.
+fn displaced_images<S: Space>(domain: Domain<S>, offset: f64) -> Result<Domain<S>, DsmcError> {
     let shear = domain.images().shear();
     Ok(domain.sheared(shear.map(|shear| Shear { offset, ..shear }))?)
 }
 
-/// Refuses displacements longer than the box; near restitution 0 they are not finite.
+/// Refuses displacements of partners longer than the box; near restitution 0 they are not finite.
 fn check_displacement<P: ParticleModel>(
     scene: &P,
     parameters: Parameters,

@@ -1,4 +1,5 @@
-//! Means over the particles of a start.
+//! Means of size and mass over the initial particles, or over the inflows of an empty box, from
+//! which a DSMC run chooses cells and tiles.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{ParticleModel, Sizes, Space};
@@ -6,31 +7,33 @@ use stosszahl_model::{ParticleModel, Sizes, Space};
 use crate::boundary::{Inflow, MOST_SIMULATORS};
 use crate::cross_cell::Spread;
 
-/// Sums over the initial particles. The number of simulators may change later; cells, tiles and
-/// steps do not follow.
+/// Sums over the initial particles from which means follow. The number of simulators may change
+/// later; cells, tiles and steps do not follow.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Means {
-    /// Number of simulators at the start.
+    /// Number of simulators at the start of the run.
     simulators: usize,
-    /// Sum of the weights in the averages: one per initial simulator, or the density of each
+    /// Sum of the statistical weights: one for each initial simulator, or the density of each
     /// inflow.
     count: f64,
-    /// Sum of the diameters d \[length\].
+    /// Weighted sum of the particle diameters d \[length\].
     diameters: f64,
-    /// Sum of d^(D-1).
+    /// Weighted sum of d^(D-1), with particle diameters d \[length^(D-1)\].
     lower: f64,
-    /// Sum of d^D.
+    /// Weighted sum of d^D, with particle diameters d \[length^D\].
     upper: f64,
-    /// Sum of the areas or volumes \[length^D\].
+    /// Weighted sum of the areas or volumes of the particles \[length^D\].
     covered: f64,
-    /// Sum of the masses \[mass\].
+    /// Weighted sum of the particle masses \[mass\].
     mass: f64,
-    /// Sums of the powers D to 2 D of radius over largest radius.
+    /// Weighted sums of the powers D to 2 D of particle radius over largest radius.
     powers: [f64; 4],
 }
 
 impl Means {
-    /// Mean diameter, `M_(D-1)/M_D` of the diameters, mean mass, and mean area or volume.
+    /// Returns the mean diameter \[length\], the moment ratio `M_(D-1)/M_D` of the diameters
+    /// \[1/length\], the mean mass \[mass\], and the mean area or volume of a particle
+    /// \[length^D\].
     pub(crate) fn averages(&self) -> [f64; 4] {
         [
             self.diameters / self.count,
@@ -40,7 +43,8 @@ impl Means {
         ]
     }
 
-    /// Packing fraction of the start. `share`: particles per simulator over the box volume.
+    /// Returns the packing fraction of the initial gas. `share` is the number of particles per
+    /// simulator over the box volume.
     pub(crate) fn packing_fraction(&self, share: f64) -> f64 {
         match self.simulators {
             0 => 0.0,
@@ -48,9 +52,9 @@ impl Means {
         }
     }
 
-    /// Number of simulators for which tiles are made: the number of the start, or of an empty box
-    /// filled by its inflows, where `covered` is the area or volume of all simulators together. It
-    /// does not follow the present number, so that a resumed run has the tiles of its start.
+    /// Returns the number of simulators for which tiles are laid out: that of the start, or of an
+    /// empty box filled by its inflows. It does not follow the current number, so that a resumed
+    /// run has the tiles of its start.
     pub(crate) fn expected(&self, covered: f64) -> usize {
         match self.simulators {
             0 => (covered * self.count / self.covered).min(MOST_SIMULATORS) as usize,
@@ -58,18 +62,19 @@ impl Means {
         }
     }
 
-    /// Number of simulators at the start.
+    /// Returns the number of simulators at the start of the run.
     pub(crate) fn simulators(&self) -> usize {
         self.simulators
     }
 
-    /// Moments of unequal sizes that correct the local density; `None` for equal ones.
+    /// Returns the moments of unequal sizes that correct the local density for noise; `None` for
+    /// equal sizes.
     pub(crate) fn spread<P: ParticleModel>(&self, sizes: &P::Sizes) -> Option<Spread> {
         let powers = self.powers.map(|sum| sum / self.count);
         (!sizes.are_equal()).then(|| Spread::new(P::Space::DIMENSION, powers))
     }
 
-    /// Adds the size of this index with a weight.
+    /// Adds a particle of the size with this index to the sums, with a statistical weight.
     fn add<P: ParticleModel>(&mut self, sizes: &P::Sizes, index: usize, weight: f64) {
         let dimension = P::Space::DIMENSION as i32;
         let tag = sizes.tag_of(index);
@@ -86,8 +91,8 @@ impl Means {
         }
     }
 
-    /// Averages over the first `simulators` sizes; for an empty start over the inflows, weighted by
-    /// density; without inflows over the first size.
+    /// Computes the sums over the first `simulators` sizes; for an empty start over the inflows,
+    /// weighted by density; without inflows over the first size.
     pub(crate) fn over_simulators<P: ParticleModel>(
         sizes: &P::Sizes,
         simulators: usize,

@@ -1,4 +1,5 @@
-//! Time stepping: step lengths, collisions, flights and the exchange of particles.
+//! Time stepping of a DSMC engine: choice of the time step, sorting, collisions, free flight, and
+//! exchange of simulators between tiles.
 
 use std::collections::BTreeMap;
 use std::iter;
@@ -29,10 +30,10 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Advances by whole steps to the time `until`, with the last step shortened to end there
-    /// exactly, or for `most_steps`. Returns `true` if the time was reached; `false` also if
-    /// [`DsmcEngine::set_stop_flag`] stopped it or [`DsmcEngine::set_pause_flag`] paused it. After
-    /// a pause, the next call with the same time continues as if there had been none.
+    /// Advances the gas by whole time steps to `until` \[time\], with the last step shortened to
+    /// end there exactly, or for `most_steps`. Returns `true` if the time was reached; `false` also
+    /// if [`DsmcEngine::set_stop_flag`] stopped it or [`DsmcEngine::set_pause_flag`] paused it.
+    /// After a pause, the next call with the same time continues as if there had been none.
     pub fn advance(&mut self, until: f64, most_steps: u64, observer: &mut dyn Observer) -> bool {
         if self.stop.has_ended() {
             return false;
@@ -92,8 +93,8 @@ where
         until <= self.time
     }
 
-    /// Returns true if the run was asked to stop; for a decomposed gas, as all processes know since
-    /// the last step.
+    /// Returns true if the run was asked to stop; in a decomposed gas, if all processes have been
+    /// told so in the last step.
     fn ends(&mut self) -> bool {
         match &self.share {
             Some(share) if !share.ends => return false,
@@ -103,8 +104,8 @@ where
         self.stop.ends()
     }
 
-    /// Returns true if the run was asked to pause; for a decomposed gas, as all processes know
-    /// since the last step.
+    /// Returns true if the run was asked to pause; in a decomposed gas, if all processes have been
+    /// told so in the last step.
     fn is_paused(&self) -> bool {
         match &self.share {
             Some(share) => share.pauses,
@@ -112,7 +113,8 @@ where
         }
     }
 
-    /// Length of the step that begins at `from` \[time\]; `None` at the end, or if no step is left.
+    /// Returns the length of the next time step, which begins at `from` \[time\]; `None` if `until`
+    /// is reached or no step is left.
     fn next_step(&self, from: f64, until: f64, steps_left: u64) -> Option<f64> {
         let left = until - from;
         if left.is_nan() || left <= 0.0 || steps_left == 0 {
@@ -135,8 +137,9 @@ where
         Some(end - from)
     }
 
-    /// Time step that the gas allows, from its state before the last collisions \[time\]: several
-    /// steps for the fastest simulator to cross a cell, and as many in a mean free time.
+    /// Returns the time step that the gas allows \[time\], from its state before the last
+    /// collisions: several steps for the fastest simulator to cross a cell, and as many in a mean
+    /// free time.
     fn step_length(&self) -> f64 {
         let width = self.grid.width();
         // Cross-cell schemes search partners anew in each step, so crossing a cell does not matter.
@@ -177,7 +180,8 @@ where
         (step / self.parameters.steps_per_cell_crossing).min(1e150)
     }
 
-    /// Computes largest speeds and energy of the present state, for the next time step.
+    /// Computes the largest speeds and the kinetic energy of the current gas, from which the next
+    /// time step is chosen.
     pub(crate) fn update_step_bounds(&mut self) {
         let sizes = self.scene.sizes();
         let mut total = 0.0;
@@ -194,8 +198,8 @@ where
         (self.stock, self.unit) = (stock, unit);
     }
 
-    /// Performs the collisions of a step and the flight after them. `was_settled`: whether tiles
-    /// are sorted already.
+    /// Executes one time step: the collisions, and the free flight of duration `flight` after them.
+    /// `was_settled` is true if tiles are sorted already.
     fn step(&mut self, step: f64, flight: f64, was_settled: bool, recorder: &mut Recorder<'_>) {
         let begin = self.time + 0.5 * step;
         self.move_walls(begin);
@@ -248,7 +252,7 @@ where
         };
         if self.parameters.scheme.is_cross_cell() {
             let (tiles, arm, tally) = (&mut self.tiles, &mut self.arm, &mut self.tally);
-            let (peers, rates) = (peers(self.share.as_ref()), self.rates.as_ref());
+            let (peers, rates) = (tile_peers(self.share.as_ref()), self.rates.as_ref());
             let halo_copies = &self.halo_copies;
             for (number, report) in
                 kernel.collide_across(tiles, peers, rates, arm, tally, halo_copies)
@@ -294,7 +298,8 @@ where
         self.close_step(unit);
     }
 
-    /// Moves vibrating walls to their positions at a time, and updates the free volume of cells.
+    /// Moves vibrating walls to their positions at a time \[time\], and updates the free volume of
+    /// cells.
     fn move_walls(&mut self, time: f64) {
         if let Some(surroundings) = self.surroundings.as_mut().filter(|all| all.vibrates()) {
             surroundings.set_time(&self.grid, time);
@@ -302,7 +307,8 @@ where
         }
     }
 
-    /// Reduces speeds and energy over all tiles; the next time step is chosen from them.
+    /// Reduces the largest speeds and the energy over all tiles at the end of a time step; the next
+    /// one is chosen from them.
     fn close_step(&mut self, unit: EnergyUnit) {
         self.unit = unit;
         self.stock = match &self.share {
@@ -325,8 +331,8 @@ where
         self.tally.steps += 1;
     }
 
-    /// Timing of the flight from the present time to a step. Each step has a flight after it, and
-    /// one before it where a run starts or continues.
+    /// Returns the timing of the free flight before a time step, from the current time on. Each
+    /// step has a flight after it, and one before it where a run starts or continues.
     fn flight_before(&self, duration: f64) -> FlightTiming {
         FlightTiming {
             number: 2 * self.tally.steps,
@@ -335,7 +341,7 @@ where
         }
     }
 
-    /// Performs a flight from sorted tiles, without collisions before.
+    /// Executes a free flight of all simulators from sorted tiles, without collisions before it.
     fn fly_only(&mut self, timing: FlightTiming) {
         self.grid.slide(timing.duration);
         let (grid, boundaries) = (&self.grid, self.surroundings.as_ref());
@@ -373,8 +379,8 @@ where
         );
     }
 
-    /// Delivers simulators that left their tile, and sums the counters of all tiles: of boundaries,
-    /// and of collisions if `collided`.
+    /// Delivers simulators that left their tile, and sums the counters of all tiles: those of
+    /// boundaries, and those of collisions if `collided`.
     fn exchange(&mut self, collided: bool, looks: bool) {
         std::mem::swap(&mut self.departing, &mut self.arriving);
         self.far.clear();
@@ -398,7 +404,7 @@ where
         }
     }
 
-    /// Sums the counters of all tiles, and exchanges particles and counters with other processes.
+    /// Sums the counters of all tiles, and exchanges simulators and counters with other processes.
     fn count(&mut self, collided: bool, looks: bool) {
         let mut counts = StepCounters::default();
         for tile in self.tiles.iter_mut().filter(|tile| tile.is_here) {
@@ -413,7 +419,7 @@ where
         counts.enter(&mut self.tally, &mut self.ledgers);
     }
 
-    /// Updates the local packing fraction around every cell.
+    /// Updates the local packing fraction in the window around every cell.
     fn look_around(&mut self, parallel: bool) {
         let (grid, tiles, sizes) = (&self.grid, &self.tiles, self.scene.sizes());
         let surroundings = self.surroundings.as_ref();
@@ -515,8 +521,8 @@ where
     }
 }
 
-/// Interface to other processes for cross-cell collisions; `None` for a single process.
-fn peers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+/// Returns the interface to other processes for cross-cell collisions; `None` for a single process.
+fn tile_peers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     share: Option<&Subdomain<P::Space>>,
 ) -> Option<&dyn TilePeers<P, F>> {
     if PROCESSES {

@@ -1,4 +1,4 @@
-//! Sweeps over all tiles, by one thread or all.
+//! Sweeps that process all tiles one after the other, by one thread or by all threads.
 
 use std::time::Instant;
 
@@ -9,8 +9,8 @@ use crate::particle::DisplacementTracking;
 use crate::threads::Pool;
 use crate::tile::{Scratch, SendBuffer, Tile};
 
-/// Runs the work for every tile with its outbox: in parallel, or in order with one thread or little
-/// work.
+/// Calls `work` for every tile with its send buffer and working memory: in parallel, or in order by
+/// one thread.
 pub(crate) fn sweep<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     parallel: bool,
     tiles: &mut [Tile<P, F>],

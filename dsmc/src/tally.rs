@@ -1,4 +1,5 @@
-//! Counters of a run, and the statistics behind the next time step.
+//! Work counters of a DSMC run, and the bounds of speed and energy from which the next time step is
+//! chosen.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{ExactSum, Space};
@@ -6,51 +7,53 @@ use stosszahl_model::{ExactSum, Space};
 use crate::boundary::{ExactLedgers, Ledgers};
 use crate::extrema::larger;
 
-/// Counters of a run, independent of machine and number of threads.
+/// Counters of a DSMC run: steps, candidates, collisions, virial and signs of error; independent of
+/// machine and number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CollisionCounters {
-    /// Number of time steps.
+    /// Number of time steps since the start of the run.
     pub steps: u64,
-    /// Number of candidate pairs.
+    /// Number of candidate pairs drawn.
     pub trials: u64,
-    /// Number of accepted pairs of simulators.
+    /// Number of collisions of simulators, the accepted candidate pairs.
     pub collisions: u64,
-    /// Candidate pairs whose relative speed exceeded the majorant.
+    /// Number of candidate pairs whose relative speed exceeded the majorant.
     pub majorant_violations: u64,
     /// Number of cells with at least two simulators, summed over steps.
     pub active_cells: u64,
-    /// Number of active cells in which chi was limited, summed over steps.
+    /// Number of active cells whose contact value chi was at its limit, summed over steps.
     pub limited_cells: u64,
-    /// Collisions in cells in which chi was limited.
+    /// Number of collisions in cells whose contact value chi was at its limit.
     pub limited_collisions: u64,
-    /// Sum over collisions of the distance of the partners \[length\].
+    /// Sum over collisions of the distance between the partners' centres \[length\].
     pub separation: f64,
-    /// Sum over collisions of `w ((r_i - r_j) . dp + dr_i . p_i' + dr_j . p_j')` \[energy\], with
-    /// simulator weight w, momentum dp gained by the first, and displacements dr of both: the
-    /// momentum that collisions carry, so that `Z = 1 + virial/(D N T t)` for N particles at
-    /// constant T.
+    /// Virial of all collisions \[energy\]: the sum of `w ((r_i - r_j) . dp + dr_i . p_i' + dr_j .
+    /// p_j')`, with simulator weight w, momentum dp gained by the first, and displacements dr of
+    /// both. It is the momentum that collisions carry, so that `Z = 1 + virial/(D N T t)` for N
+    /// particles at constant T.
     pub virial: f64,
-    /// Cross-cell candidates for which no partner was in range.
+    /// Number of cross-cell candidates for which no partner was within range.
     pub missed: u64,
-    /// Cross-cell candidates for which a partner was sought.
+    /// Number of cross-cell candidates for which a partner was sought.
     pub searches: u64,
-    /// Largest number of collisions per simulator in one cell and step. For overlapping disks,
-    /// which collide at most once in a step, also the largest expected number of a pair.
+    /// Largest number of collisions per simulator in one cell and one step, a measure of too long
+    /// steps. For stochastic disks, also the largest expected number of events of a pair.
     pub busiest_cell: f64,
 }
 
-/// Collisions and virial of one cell.
+/// Number of collisions and virial of one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CellCount {
-    /// Number of collisions of particles: of simulators, times their weight.
+    /// Number of collisions of particles in the cell: those of simulators, times their weight.
     pub collisions: f64,
-    /// Contribution of the cell to [`CollisionCounters::virial`] \[energy\].
+    /// Virial of the collisions in the cell, its contribution to [`CollisionCounters::virial`]
+    /// \[energy\].
     pub virial: f64,
 }
 
 impl CollisionCounters {
-    /// Adds counters of other work in the same steps. Floating-point sums depend on the order of
-    /// adding.
+    /// Adds the counters of other work in the same steps to these. Floating-point sums depend on
+    /// the order of adding.
     pub(crate) fn add(&mut self, other: &Self) {
         self.trials += other.trials;
         self.collisions += other.collisions;
@@ -66,10 +69,11 @@ impl CollisionCounters {
     }
 }
 
-/// Exact sums of the counters of several tiles in a step, independent of the order of the tiles.
+/// Sums of the counters of several tiles in one step by superaccumulators, independent of the order
+/// of the tiles.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct StepCounters {
-    /// Counters other than floating-point sums.
+    /// Integer counters, whose sums are exact anyway.
     whole: CollisionCounters,
     separation: ExactSum,
     virial: ExactSum,
@@ -77,7 +81,7 @@ pub(crate) struct StepCounters {
 }
 
 impl StepCounters {
-    /// Adds the counters of a tile.
+    /// Adds the counters of a tile to the sums of the step.
     pub(crate) fn add(&mut self, tally: &CollisionCounters) {
         self.separation.add(tally.separation);
         self.virial.add(tally.virial);
@@ -88,12 +92,12 @@ impl StepCounters {
         });
     }
 
-    /// Takes the ledgers of a tile and clears them.
+    /// Adds the boundary ledgers of a tile to the sums of the step, and clears them in the tile.
     pub(crate) fn take_ledgers<S: Space>(&mut self, ledgers: &mut Ledgers<S>) {
         self.ledgers.take_ledgers(ledgers);
     }
 
-    /// Adds the counters of other tiles or processes.
+    /// Adds the sums of other tiles or of another process to these.
     pub(crate) fn merge(&mut self, other: &Self) {
         self.whole.add(&other.whole);
         self.separation.merge(&other.separation);
@@ -101,7 +105,7 @@ impl StepCounters {
         self.ledgers.merge(&other.ledgers);
     }
 
-    /// Adds the sums to the totals of the run.
+    /// Adds the sums of the step, rounded, to the counters and ledgers of the run.
     pub(crate) fn enter<S: Space>(&self, tally: &mut CollisionCounters, ledgers: &mut Ledgers<S>) {
         tally.add(&CollisionCounters {
             separation: self.separation.value(),
@@ -112,15 +116,15 @@ impl StepCounters {
     }
 }
 
-/// Largest speeds and energy of the gas, from which the next time step follows; taken before the
-/// collisions of a step. Independent of the grouping of cells, because maxima have no order and
+/// Largest speeds and kinetic energy of the gas before the collisions of a step, from which the
+/// next time step is chosen. Independent of the grouping of cells, because maxima have no order and
 /// energies are added as integers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(crate) struct StepBounds<S: Space> {
-    /// Largest absolute value of each velocity component \[length/time\].
+    /// Largest absolute value of each velocity component of any simulator \[length/time\].
     pub(crate) speeds: S::Vector,
-    /// Sum of m v^2, in [`EnergyUnit`]s.
+    /// Sum of m v^2 over simulators, as an integer number of [`EnergyUnit`]s.
     energy: u64,
 }
 
@@ -133,27 +137,29 @@ impl<S: Space> Default for StepBounds<S> {
     }
 }
 
-/// Unit of energy for integer sums: a power of two, about 2^-58 of the last total \[energy\].
+/// Unit of energy for integer sums of m v^2: a power of two, about 2^-58 of the last total
+/// \[energy\].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EnergyUnit(f64);
 
 impl EnergyUnit {
-    /// Unit for energies whose sum is about `total`, and at most 64 times `total`.
+    /// Creates the energy unit for integer sums of about `total`, and of at most 64 times `total`
+    /// \[energy\].
     pub(crate) fn for_total(total: f64) -> Self {
         let exponent = (total.to_bits() >> 52) as i32 - 1023;
         let power = (exponent + 1 - 58).clamp(-1000, 1000);
         Self(f64::from_bits(((power + 1023) as u64) << 52))
     }
 
-    /// Inverse of the unit \[1/energy\].
+    /// Returns the inverse of the energy unit \[1/energy\].
     pub(crate) fn inverse(self) -> f64 {
         1.0 / self.0
     }
 }
 
 impl<S: Space> StepBounds<S> {
-    /// Adds the simulators of one cell: their smallest and largest velocity components, and the sum
-    /// of m v^2.
+    /// Adds the simulators of one cell to the bounds: their smallest and largest velocity
+    /// components, and their sum of m v^2. `units` is the inverse energy unit.
     #[inline(always)]
     pub(crate) fn add_cell(
         &mut self,
@@ -166,14 +172,15 @@ impl<S: Space> StepBounds<S> {
         self.add_energy(twice_energy, units);
     }
 
-    /// Adds absolute velocity components to the maxima.
+    /// Raises the largest absolute velocity components to `fastest` where these are larger
+    /// \[length/time\].
     #[inline(always)]
     pub(crate) fn note_speeds(&mut self, fastest: S::Vector) {
         let speeds = self.speeds;
         self.speeds = S::from_components(|axis| larger(speeds[axis], fastest[axis]));
     }
 
-    /// Adds a value of m v^2.
+    /// Adds a value of m v^2 \[energy\] to the integer sum; `units` is the inverse energy unit.
     #[inline(always)]
     pub(crate) fn add_energy(&mut self, twice_energy: f64, units: f64) {
         self.energy = self.energy.saturating_add((twice_energy * units) as u64);
@@ -184,17 +191,17 @@ impl<S: Space> StepBounds<S> {
         self.energy = self.energy.saturating_add(other.energy);
     }
 
-    /// Returns true if the integer sum of energies has overflowed.
+    /// Returns true if the integer sum of energies has reached its largest value.
     pub(crate) fn is_full(&self) -> bool {
         self.energy == u64::MAX
     }
 
-    /// Sets the sum of m v^2 \[energy\].
+    /// Sets the integer sum of m v^2 from an energy \[energy\], in the given unit.
     pub(crate) fn set_twice_energy(&mut self, twice_energy: f64, unit: EnergyUnit) {
         self.energy = (twice_energy * unit.inverse()) as u64;
     }
 
-    /// Sum of m v^2 \[energy\].
+    /// Returns the sum of m v^2 over simulators \[energy\], twice the kinetic energy.
     pub(crate) fn twice_energy(&self, unit: EnergyUnit) -> f64 {
         self.energy as f64 * unit.0
     }

@@ -16,21 +16,21 @@ use crate::grid::{Grid, OFFSETS, TilePlace, offset};
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tally::{CellCount, CollisionCounters, StepBounds};
 
-/// Simulator that left its tile, and the number of its source cell.
+/// Simulator that left its tile, with the number of the cell it was in at the last sort.
 #[derive(Clone, Copy)]
 pub(crate) struct DepartedSimulator<S> {
     pub(crate) source: u32,
     pub(crate) simulator: S,
 }
 
-/// Simulator that migrates between tiles.
+/// Simulator that migrates from one tile to another, with its source cell.
 pub(crate) type Migrant<P, F> = DepartedSimulator<SimulatorOf<P, F>>;
 
-/// Simulators that left a tile, by the offset of the adjacent tile they enter, or by tile number if
-/// they flew farther.
+/// Send buffer of a tile: simulators that left it, by the offset of the adjacent tile they enter,
+/// or by tile number if they flew farther.
 pub(crate) struct SendBuffer<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     near: Vec<Migrant<P, F>>,
-    /// End of the simulators for each offset, as an index into `near`.
+    /// Index in `near` after the last simulator for each offset to an adjacent tile.
     ends: [u32; OFFSETS],
     pub(crate) far: Vec<(u32, Migrant<P, F>)>,
 }
@@ -46,8 +46,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Default for SendBuffer
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> SendBuffer<P, F> {
-    /// Simulators for the adjacent tile at the offset of this number, in the order of their source
-    /// cells.
+    /// Returns the simulators in the send buffer for the adjacent tile at an offset (by its
+    /// number), in the order of their source cells.
     pub(crate) fn towards(&self, offset: usize) -> &[Migrant<P, F>] {
         let begin = if offset == 0 {
             0
@@ -57,8 +57,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> SendBuffer<P, F> {
         &self.near[begin as usize..self.ends[offset] as usize]
     }
 
-    /// Sets the simulators that left, with their offset numbers, in the order of their source
-    /// cells.
+    /// Fills the send buffer with the simulators that left, each with the number of its offset, in
+    /// the order of their source cells.
     pub(crate) fn fill(&mut self, leavers: &[(u8, Migrant<P, F>)]) {
         let mut starts = [0_u32; OFFSETS];
         for (offset, _) in leavers {
@@ -82,7 +82,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> SendBuffer<P, F> {
         self.ends = starts;
     }
 
-    /// Number of simulators that left this tile for an adjacent one, and not for one farther away.
+    /// Returns the number of simulators in the send buffer that enter adjacent tiles, without those
+    /// that flew farther.
     pub(crate) fn near(&self) -> usize {
         self.near.len()
     }
@@ -93,8 +94,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> SendBuffer<P, F> {
     }
 }
 
-/// Grows a vector to hold `count` elements with little to spare, and shrinks one that is far too
-/// large.
+/// Grows a vector's memory to hold `count` elements with little to spare, and shrinks one that is
+/// far too large.
 pub(crate) fn fit<T>(vector: &mut Vec<T>, count: usize) {
     let enough = count + count / 24 + 4;
     if vector.capacity() < count {
@@ -104,45 +105,46 @@ pub(crate) fn fit<T>(vector: &mut Vec<T>, count: usize) {
     }
 }
 
-/// Simulators of a block of cells.
+/// Tile: the simulators of a block of cells, with its counters and logs.
 pub(crate) struct Tile<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(crate) place: TilePlace<P::Space>,
-    /// Simulators: after sorting, by cell; after a flight, simulators that stayed, by source
-    /// cell.
+    /// Simulators of the tile: sorted by cell before collisions; after a flight, those that stayed,
+    /// by source cell.
     pub(crate) simulators: Vec<SimulatorOf<P, F>>,
-    /// Cell of each simulator after a flight, by its number in the tile.
+    /// Cell of each simulator after a flight, as the cell's number in the tile.
     pub(crate) codes: Vec<u16>,
-    /// After sorting: start of each cell, and the end. After a flight: number of simulators that
-    /// stayed in each cell.
+    /// After sorting: index of the first simulator of each cell, and the end. After a flight:
+    /// number of simulators that stayed in each cell.
     pub(crate) starts: Vec<u32>,
-    /// After a flight: end of the simulators from each line of cells along the first axis.
+    /// After a flight: index after the last simulator that came from each line of cells along the
+    /// first axis.
     pub(crate) lines: Vec<u32>,
-    /// Counters since the tile was sorted.
+    /// Counters of collisions in the tile since it was sorted.
     pub(crate) tally: CollisionCounters,
     pub(crate) stock: StepBounds<P::Space>,
-    /// Collisions recorded for observers.
+    /// Collisions in the tile logged for observers.
     pub(crate) log: Vec<Collision>,
-    /// Collisions and virial of each cell; empty unless they are counted.
+    /// Number of collisions and virial of each cell of the tile; empty unless they are counted.
     pub(crate) counts: Vec<CellCount>,
-    /// True if all cells have one simulator weight.
+    /// True if all cells of the tile have the same simulator weight.
     pub(crate) is_even: bool,
-    /// Cells that obstacles split, in order.
+    /// Numbers in the tile of the cells that obstacles split into sub-cells, in order.
     pub(crate) split_cells: Vec<usize>,
-    /// Ledgers of the boundaries since the last exchange; `None` without boundaries.
+    /// Boundary ledgers of the tile since they were last summed; `None` without boundaries.
     pub(crate) ledgers: Option<Box<Ledgers<P::Space>>>,
-    /// True if this process owns the tile. Others are empty, or hold ghost cells.
+    /// True if this process owns the tile. Tiles of other processes are empty, or hold ghost cells.
     pub(crate) is_here: bool,
-    /// Time that the tile took \[s\], for load balancing.
+    /// Computing time that the tile took since the last load balancing \[s\].
     pub(crate) seconds: f64,
 }
 
-/// Working memory of a thread.
+/// Working memory of a thread for one tile: sorted simulators, migrants, and sort keys.
 pub(crate) struct Scratch<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(crate) sorted: Vec<SimulatorOf<P, F>>,
     next: Vec<u32>,
     pub(crate) leavers: Vec<(u8, Migrant<P, F>)>,
     arrivals: Vec<Migrant<P, F>>,
-    /// Source cells of arriving simulators with their index: the keys of the sort.
+    /// Sort keys of the simulators that arrive in the tile: source cell, and index in `arrivals`.
     order: Vec<(u32, u32)>,
 }
 
@@ -168,12 +170,12 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Scratch<P, F> {
     }
 }
 
-/// Simulators that arrive in tiles.
+/// Simulators that arrive in tiles after a free flight.
 pub(crate) struct Arrivals<'a, P: ParticleModel, F: DisplacementTracking<P::Space>> {
-    /// Simulators that left each tile in the last flight.
+    /// Send buffer of each tile with the simulators that left it in the last flight.
     pub(crate) boxes: &'a [SendBuffer<P, F>],
-    /// Simulators that flew farther than an adjacent tile, with the tile they enter; ordered by
-    /// tile and source cell.
+    /// Simulators that flew beyond adjacent tiles, with the number of the tile they enter; ordered
+    /// by tile and source cell.
     pub(crate) far: &'a [(u32, Migrant<P, F>)],
 }
 
@@ -199,17 +201,18 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         tile
     }
 
-    /// Mean number of simulators in a cell.
+    /// Returns the mean number of simulators in a cell of the tile.
     pub(crate) fn in_cell(&self) -> f64 {
         self.simulators.len() as f64 / self.cells() as f64
     }
 
-    /// Number of cells.
+    /// Returns the number of cells in the tile.
     pub(crate) fn cells(&self) -> usize {
         self.place.sides.iter().map(|&side| side as usize).product()
     }
 
-    /// Number in the grid of the first cell of a line along the first axis.
+    /// Returns the number in the grid of the first cell in a line of the tile's cells along the
+    /// first axis.
     #[inline]
     pub(crate) fn line_number(&self, grid: &Grid<P::Space>, line: u32) -> u32 {
         let TilePlace { first, sides, .. } = self.place;
@@ -220,7 +223,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         ])
     }
 
-    /// Coordinates in the grid of a cell, from its number in the tile.
+    /// Returns column, row and layer in the grid of a cell, given its number in the tile.
     pub(crate) fn cell_at(&self, local: usize) -> [u32; 3] {
         let TilePlace { first, sides, .. } = self.place;
         let local = local as u32;
@@ -231,20 +234,21 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         ]
     }
 
-    /// Number in the tile of a cell, from its coordinates in the grid.
+    /// Returns the number in the tile of a cell, given its column, row and layer in the grid.
     pub(crate) fn number(&self, cell: [u32; 3]) -> usize {
         let TilePlace { first, sides, .. } = self.place;
         let [x, y, z] = [0, 1, 2].map(|axis| cell[axis] - first[axis]);
         (x + sides[0] * (y + sides[1] * z)) as usize
     }
 
-    /// Number in the tile of the cell that holds a position.
+    /// Returns the number in the tile of the cell that contains a position.
     #[inline(always)]
     pub(crate) fn code(&self, grid: &Grid<P::Space>, position: VectorOf<P>) -> u16 {
         code::<P>(grid, &self.place, position)
     }
 
-    /// Sorts simulators that stayed and arrived by cell, into the scratch buffer.
+    /// Sorts the simulators that stayed in the tile and those that arrive by cell, into the scratch
+    /// memory.
     pub(crate) fn arrange(
         &mut self,
         grid: &Grid<P::Space>,
@@ -306,8 +310,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         }
     }
 
-    /// Gathers simulators that arrive from other tiles, by source cell, and adds them to the counts
-    /// of their cells.
+    /// Gathers the simulators that arrive from other tiles, by source cell, and adds them to the
+    /// counts of their cells.
     fn receive(
         &mut self,
         grid: &Grid<P::Space>,
@@ -350,12 +354,12 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         order.sort_unstable();
     }
 
-    /// Takes the sorted simulators of the scratch buffer, in exchange for the tile's own buffer.
+    /// Moves the sorted simulators from the scratch memory into the tile, by exchange of buffers.
     pub(crate) fn settle(&mut self, scratch: &mut Scratch<P, F>) {
         std::mem::swap(&mut self.simulators, &mut scratch.sorted);
     }
 
-    /// Sets simulators that are sorted by cell, with the cell of each.
+    /// Replaces the simulators of the tile by a list sorted by cell, with the cell number of each.
     pub(crate) fn take(&mut self, members: &[(u16, SimulatorOf<P, F>)]) {
         self.simulators = Vec::with_capacity(members.len() + members.len() / 24);
         self.simulators
@@ -371,13 +375,14 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         }
     }
 
-    /// Simulators of a cell of a sorted tile, by the cell's number in the tile.
+    /// Returns the simulators of a cell in a sorted tile, given the cell's number in the tile.
     #[inline]
     pub(crate) fn members(&self, cell: usize) -> &[SimulatorOf<P, F>] {
         &self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
-    /// Mutable simulators of a cell of a sorted tile, by the cell's number in the tile.
+    /// Returns the simulators of a cell in a sorted tile for changes, given the cell's number in
+    /// the tile.
     #[inline]
     pub(crate) fn members_mut(&mut self, cell: usize) -> &mut [SimulatorOf<P, F>] {
         &mut self.simulators[self.starts[cell] as usize..self.starts[cell + 1] as usize]
@@ -394,7 +399,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
     }
 }
 
-/// Number in a tile of the cell that holds a position.
+/// Returns the number in a tile, located at `place`, of the cell that contains a position.
 #[inline(always)]
 pub(crate) fn code<P: ParticleModel>(
     grid: &Grid<P::Space>,

@@ -1,4 +1,5 @@
-//! Collisions of pairs within cells.
+//! Collisions of pairs within cells by the no-time-counter method: candidate pairs, acceptance, and
+//! displacement of partners.
 
 use rand::RngExt;
 use stosszahl_model::random::StreamBundle;
@@ -17,58 +18,60 @@ use crate::scheme::PartnerDisplacement;
 use crate::tally::{CollisionCounters, StepBounds};
 use crate::tile::Tile;
 
-/// Context shared by all collisions of one step.
+/// Data shared by all collisions of one time step: particle model, grid, density, step length,
+/// streams and flags.
 pub(crate) struct CollisionContext<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) grid: &'a Grid<P::Space>,
     pub(crate) density: &'a Density<P::Space>,
-    /// True if pairs within a cell collide; if not, only speeds and energies are updated.
+    /// True if pairs within a cell collide; if false, only speeds and energies are updated.
     pub(crate) collides: bool,
-    /// Displacement of the partners.
+    /// Displacement of the partners of a collision within a cell.
     pub(crate) displacement: PartnerDisplacement,
-    /// Radius around a point within which all simulators are equally likely partners \[length\].
+    /// Radius around the point of contact within which all simulators are equally likely partners
+    /// \[length\].
     pub(crate) partner_radius: f64,
     /// Mean radius of the particles \[length\].
     pub(crate) mean_radius: f64,
-    /// Particles per simulator where the weight factor is one.
+    /// Number of particles per simulator where the weight factor is one.
     pub(crate) weight: f64,
-    /// Boundaries of the box; `None` if it is periodic.
+    /// Walls, obstacles, inflows and weights of the box; `None` if it is periodic.
     pub(crate) surroundings: Option<&'a GridBoundaries<P>>,
-    /// Moment ratio `M_(D-1)/M_D` of the diameters.
+    /// Moment ratio `M_(D-1)/M_D` of the particle diameters \[1/length\].
     pub(crate) moment_ratio: f64,
-    /// Uniform shear flow between partners.
+    /// Uniform shear flow that partners within a cell feel.
     pub(crate) flow: CellFlow,
     /// Relative speed that a pair may gain by the collisions of one time step, by two contacts of
     /// each partner \[length/time\]; 0 for laws that only dissipate.
     pub(crate) heating: f64,
-    /// Length of the step \[time\].
+    /// Length of the time step \[time\].
     pub(crate) step: f64,
-    /// Time at the middle of the step \[time\].
+    /// Time at the middle of the time step \[time\].
     pub(crate) time: f64,
-    /// Random streams of the step, addressed by cell.
+    /// Random streams of the time step, addressed by cell.
     pub(crate) streams: StreamBundle,
     /// Inverse of the unit of integer energy sums \[1/energy\].
     pub(crate) units: f64,
-    /// True if collisions are recorded for observers.
+    /// True if collisions are logged for observers.
     pub(crate) looks: bool,
-    /// True if tiles are distributed over threads.
+    /// True if tiles are processed by several threads.
     pub(crate) parallel: bool,
-    /// Flag that stops the step.
+    /// Interrupt that breaks off the time step.
     pub(crate) stop: &'a Interrupt,
 }
 
-/// Uniform shear flow u = (a y, 0) between partners within a cell. Velocities of simulators are
-/// relative to the flow.
+/// Uniform shear flow u = (a y, 0) as it acts between partners within a cell. Velocities of
+/// simulators are relative to the flow.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellFlow {
-    /// Shear rate a \[1/time\]; 0 without a flow.
+    /// Shear rate a of the flow \[1/time\]; 0 without a flow.
     pub(crate) rate: f64,
-    /// True if partners count as a contact distance apart in the flow, see
+    /// True if partners count as a contact distance apart in the shear flow, see
     /// [`crate::Scheme::feels_flow`].
     pub(crate) is_felt: bool,
 }
 
-/// Results of the collisions of a tile.
+/// Results of the collisions of a tile in one step: counters, speed bounds and log.
 struct Report<'a, P: ParticleModel> {
     tally: CollisionCounters,
     stock: StepBounds<P::Space>,
@@ -76,7 +79,8 @@ struct Report<'a, P: ParticleModel> {
 }
 
 impl<P: ParticleModel> Report<'_, P> {
-    /// Adds the candidates and collisions of a cell; `count` is the number of its simulators.
+    /// Adds the numbers of candidates and collisions of one cell with `count` simulators to the
+    /// counters of the tile.
     #[inline(always)]
     fn close(&mut self, cell: &Cell, count: u64, trials: u64, collisions: u64) {
         let tally = &mut self.tally;
@@ -92,34 +96,34 @@ impl<P: ParticleModel> Report<'_, P> {
     }
 }
 
-/// Cell or sub-cell, with the rates of its collisions.
+/// Cell or sub-cell with its collision rate, contact value and weight.
 struct Cell {
-    /// Address of the random stream.
+    /// Address of the cell's random stream in this step.
     address: u64,
-    /// Particles per simulator.
+    /// Number of particles per simulator in the cell.
     weight: f64,
-    /// Expected candidates per pair and unit of relative speed, for pairs of the largest cross
-    /// section.
+    /// Expected number of candidates per pair and unit of relative speed in this step
+    /// \[time/length\], for pairs of the largest cross section.
     rate: f64,
     chi: f64,
     limited: bool,
     packing: f64,
-    /// Largest product of cross section and chi of any pair.
+    /// Largest product of cross section and contact value chi of any pair \[length^(D-1)\].
     ceiling: f64,
 }
 
-/// Accepted pair, before its collision.
+/// Pair of simulators accepted for a collision, with relative velocity and normal.
 struct Pair<V> {
-    /// Indices of the two members of the cell.
+    /// Indices of the two simulators in their cell.
     who: [usize; 2],
-    /// Velocity of the first relative to the second \[length/time\]; in a felt flow, at their
-    /// positions at contact.
+    /// Velocity of the first simulator relative to the second \[length/time\]; in a shear flow that
+    /// they feel, at their positions at contact.
     relative: V,
-    /// Unit vector from the second to the first at contact.
+    /// Unit vector along the line of centres, from the second simulator to the first at contact.
     normal: V,
-    /// Approach speed along `normal` \[length/time\].
+    /// Approach speed of the pair along `normal` \[length/time\].
     approach: f64,
-    /// Particles per simulator.
+    /// Number of particles per simulator of the pair.
     weight: f64,
 }
 
@@ -127,8 +131,8 @@ impl<P> CollisionContext<'_, P>
 where
     P: ParticleModel,
 {
-    /// Collides all cells of a tile, whose simulators are `sorted`, and updates its largest speeds
-    /// and energy.
+    /// Executes the collisions of all cells of a tile, whose simulators are `sorted`, and updates
+    /// its largest speeds and energy.
     pub(crate) fn collide<F: DisplacementTracking<P::Space>>(
         &self,
         tile: &mut Tile<P, F>,
@@ -141,9 +145,9 @@ where
         }
     }
 
-    /// Performs [`Self::collide`]. `SPLIT`: true if obstacles split some cells. A separate
-    /// function: inlined into the sweep it has too few registers, and writes half as much again to
-    /// memory.
+    /// Executes the collisions of all cells of a tile; `SPLIT` is true if obstacles split some
+    /// cells. Not inlined: in the sweep it would have too few registers, and write half as much
+    /// again to memory.
     #[inline(never)]
     fn collide_tile<F: DisplacementTracking<P::Space>, const SPLIT: bool>(
         &self,
@@ -196,15 +200,16 @@ where
         (tile.tally, tile.stock) = (tally, stock);
     }
 
-    /// Returns true if boundaries allow the centre of a particle of the mean radius at a position.
+    /// Returns true if walls and open faces allow the centre of a particle of the mean radius at a
+    /// position.
     #[inline]
     pub(crate) fn has_room(&self, position: VectorOf<P>) -> bool {
         self.surroundings
             .is_none_or(|surroundings| surroundings.has_room(position, self.mean_radius))
     }
 
-    /// Adds speeds and energy to the statistics, and returns the diagonal of the velocity box: no
-    /// pair is faster.
+    /// Adds speeds and energy of a cell's simulators to the bounds `stock`. Returns the diagonal of
+    /// their velocity box, an upper bound of the relative speed of all pairs \[length/time\].
     #[inline(always)]
     fn update_step_bounds<F: DisplacementTracking<P::Space>>(
         &self,
@@ -241,13 +246,14 @@ where
         (high - low).square().sqrt()
     }
 
-    /// Split cell at these coordinates; `None` if obstacles do not split it.
+    /// Returns the cut cell at a column, row and layer if obstacles split it into sub-cells; `None`
+    /// otherwise.
     fn split_cell(&self, at: [u32; 3]) -> Option<&CutCell> {
         self.surroundings.and_then(|all| all.split_cell(at))
     }
 
-    /// Collides the simulators of each sub-cell of a split cell. Returns the particles per
-    /// simulator of the cell.
+    /// Executes the collisions in each sub-cell of a cell that obstacles split. Returns the number
+    /// of particles per simulator of the cell.
     #[inline(never)]
     fn collide_split<F: DisplacementTracking<P::Space>>(
         &self,
@@ -274,7 +280,8 @@ where
         weight
     }
 
-    /// Collides the simulators of a cell or sub-cell. Returns its particles per simulator.
+    /// Draws candidate pairs in a cell or sub-cell by the no-time-counter method, and collides
+    /// those accepted. Returns the number of particles per simulator.
     #[inline(always)]
     fn collide_cell<F: DisplacementTracking<P::Space>>(
         &self,
@@ -329,8 +336,8 @@ where
         cell.weight
     }
 
-    /// Collides the simulators of a cell in a uniform shear flow that partners feel. Returns its
-    /// particles per simulator.
+    /// Executes the collisions in a cell in a uniform shear flow that partners feel. Returns the
+    /// number of particles per simulator.
     ///
     /// The line of centres is drawn first, uniformly. The pair collides at a rate proportional to
     /// its approach speed along that line, which includes the flow over the contact distance
@@ -390,7 +397,8 @@ where
         cell.weight
     }
 
-    /// Collision rates of a cell.
+    /// Returns a cell with its collision rate and contact value, for the simulators `members` in
+    /// it.
     #[inline(always)]
     fn cell<F: DisplacementTracking<P::Space>>(
         &self,
@@ -410,7 +418,8 @@ where
         self.rates(u64::from(number), weight, volume, density)
     }
 
-    /// Collision rates of a sub-cell, by its index and its fraction of a cell.
+    /// Returns a sub-cell with its collision rate and contact value, for the simulators `members`
+    /// in it. `share` is its fraction of a whole cell.
     fn sub_cell<F: DisplacementTracking<P::Space>>(
         &self,
         members: &[SimulatorOf<P, F>],
@@ -429,7 +438,8 @@ where
         self.rates(address, self.weight * factor, volume, density)
     }
 
-    /// Collision rates in a volume, from chi, whether it is limited, and the packing fraction.
+    /// Returns a cell with its collision rate in a volume \[length^D\], from contact value chi,
+    /// whether that is at its limit, and packing fraction.
     #[inline(always)]
     fn rates(
         &self,
@@ -458,14 +468,16 @@ where
         }
     }
 
-    /// Cross section times chi of a pair.
+    /// Returns cross section times contact value chi of a pair with these diameters
+    /// \[length^(D-1)\].
     #[inline]
     pub(crate) fn pair_factor(&self, chi: f64, packing: f64, diameters: [f64; 2]) -> f64 {
         P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
             * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
     }
 
-    /// Collides an accepted pair of simulators of a cell, and reports the collision.
+    /// Executes the collision of an accepted pair: velocities, spins, displacements, counters and
+    /// log.
     #[inline(always)]
     fn collide_pair<F: DisplacementTracking<P::Space>>(
         &self,

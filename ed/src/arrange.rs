@@ -1,4 +1,5 @@
-//! Sorting of disks into a grid and in memory.
+//! Sorting of disks by the cells of the cell lists, and storage of their records in that order:
+//! disks near each other in the box are near in memory.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::threads::{self, each_of};
@@ -11,8 +12,8 @@ use crate::motion::FlightMotion;
 use crate::record::DiskRecord;
 use crate::sliding_rows::SlidingRows;
 
-/// Fills an empty vector with `make(i)` for each i below a count, on this thread or on all of the
-/// current pool.
+/// Fills an empty vector with the values `make(i)` for i from 0 to `count - 1`, on this thread or
+/// on all threads of the current pool.
 pub(crate) fn fill<T: Clone + Send>(
     empty: &mut Vec<T>,
     count: usize,
@@ -32,8 +33,8 @@ pub(crate) fn fill<T: Clone + Send>(
     });
 }
 
-/// Returns the number of the cell and the index of each body, by cell. Within a cell they are by
-/// position, so that nothing depends on how the bodies are numbered.
+/// Sorts `count` bodies by their cells: returns pairs of cell number and body index. Bodies in one
+/// cell are sorted by position, so that the result does not depend on their numbering.
 fn by_cell(
     count: usize,
     shared: bool,
@@ -78,21 +79,21 @@ fn by_cell(
     order
 }
 
-/// Choice of the grid of disks, and of the threads that fill it.
+/// Options for building the cell lists of disks: kinds of grids allowed, and number of threads.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct GridOptions {
-    /// True if disks are unequal: they may get several grids then.
+    /// True if disks have different radii: a hierarchy of several grids is allowed then.
     pub(crate) unequal: bool,
-    /// True if cells of a dilute gas may be wide ([`CellLists::wide_ones`]): not around obstacles,
-    /// whose contacts are roots of squares.
+    /// True if cells of a dilute gas may be wider than usual ([`CellLists::wide_ones`]). False
+    /// around obstacles, whose contact times are computed from squares of distances.
     pub(crate) may_be_wide: bool,
-    /// True if all threads of the current pool sort.
+    /// True if all threads of the current pool sort the disks; false for this thread alone.
     pub(crate) shared: bool,
 }
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Sorts disks (position inside the box, velocity, radius) into a grid and in memory; returns
-    /// with them the index in the state of each disk.
+    /// Creates the cell lists of `count` disks and sorts the disks in memory. `body` gives position
+    /// inside the box, velocity and radius. Also returns each disk's index in the state.
     pub(crate) fn new(
         domain: &Domain<Plane>,
         largest_radius: f64,

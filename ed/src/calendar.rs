@@ -1,4 +1,5 @@
-//! Event calendars.
+//! Event calendars: priority queues of the next events of all disks, as a ring of time buckets
+//! (`Buckets`) and as a sorted set (`Sorted`).
 
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
@@ -9,19 +10,19 @@ use stosszahl_model::memory;
 
 use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
 
-/// An event that a calendar announces: something may happen to `disk` at `time`.
+/// Calendar entry: the time of the next event of one disk, and the number of the disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CalendarEntry {
-    /// Time of the event relative to the epoch of the engine \[time\]; not negative, and finite if
-    /// it is announced.
+    /// Time of the event, counted from the epoch of the engine \[engine time\]: zero or more;
+    /// finite if the event is returned by a calendar.
     pub time: f64,
-    /// Index of the disk that this event belongs to.
+    /// Number in the engine of the disk whose event this is.
     pub disk: u32,
 }
 
 impl CalendarEntry {
-    /// Returns the order of events as one number: times that are not negative order like their
-    /// bits.
+    /// Returns time and disk of the event as one integer that sorts like them: bits of non-negative
+    /// times sort like the times.
     #[inline]
     fn key(self) -> u128 {
         u128::from(self.time.to_bits()) << 32 | u128::from(self.disk)
@@ -44,59 +45,61 @@ impl Ord for CalendarEntry {
     }
 }
 
-/// Events of all disks: each disk has at most one, and its time.
+/// Source of the next event times of all disks, from which a calendar is filled and checked. A disk
+/// has at most one event.
 pub trait EventTimes {
-    /// Number of disks.
+    /// Returns the number of disks of the gas.
     fn disks(&self) -> u32;
 
-    /// Time of the next event of a disk; infinite if it has none.
+    /// Returns the time of the next event of a disk; infinite if it has none.
     fn time(&self, disk: u32) -> f64;
 
-    /// Returns true if the agenda uses announcements of coming events.
+    /// Returns true if this source of event times wants announcements of coming events, for
+    /// prefetching.
     fn foresighted(&self) -> bool {
         false
     }
 
-    /// Announces that the events of these disks come up in a number of buckets, the last of which
-    /// ends at the time `end`. The plan is kept until then; after a jump of the calendar it may be
-    /// the plan for other disks.
+    /// Announces disks whose events come up `_ahead` buckets from now; that bucket ends at the time
+    /// `_end`. `_plan` keeps prefetch data until then; after a jump of the calendar it may belong
+    /// to other disks.
     fn expect(&self, _disks: &[u32], _ahead: usize, _end: f64, _plan: &mut PrefetchPlan) {}
 
-    /// Prefetches the partner of a disk that the current bucket names. Returns the partner's
-    /// number, so that a caller can prefetch other data of it; beyond the disks if there is none.
+    /// Prefetches the record of the predicted collision partner of a disk in the current bucket.
+    /// Returns the partner's number; a number beyond all disks if there is none.
     fn prefetch_partner(&self, disk: u32) -> usize {
         disk as usize
     }
 }
 
-/// Priority queue of the next events of disks.
+/// Event calendar: a priority queue of the next events of all disks.
 ///
 /// Nothing is ever removed but by [`Calendar::pop`]: an entry is stale when its disk's next event
 /// is at another time. A calendar may drop stale entries, or announce them; the caller can
 /// recognise them. It may not announce an entry twice unless it was pushed twice.
 pub trait Calendar: Sized + Send + Sync {
-    /// Creates a calendar that holds the events of all disks, none of which is earlier than `now`.
+    /// Creates a calendar filled with the events of all disks; none of them is earlier than `now`.
     fn new(agenda: &impl EventTimes, now: f64) -> Self;
 
-    /// Adds the next event of a disk, which replaces an earlier entry of the disk that was not
-    /// popped; not earlier than the last event popped. An infinite time means no event. A disk
-    /// whose event was popped gets its next one before the next pop.
+    /// Adds the next event of a disk, not earlier than the last event popped. It replaces an
+    /// earlier entry of the disk; an infinite time means no event. After each pop, the popped
+    /// disk's next event must be pushed before the next pop.
     fn push(&mut self, entry: CalendarEntry);
 
-    /// Adds the next event of a disk, unless the calendar holds it already.
+    /// Adds the next event of a disk, unless the calendar already holds exactly this event.
     fn push_once(&mut self, entry: CalendarEntry) {
         self.push(entry);
     }
 
-    /// Removes and returns the earliest event if it is not later than `until`.
+    /// Removes and returns the earliest event if its time is `until` or earlier.
     fn pop(&mut self, until: f64, agenda: &impl EventTimes) -> Option<CalendarEntry>;
 
-    /// Memory of the calendar \[bytes\].
+    /// Returns the memory that the calendar occupies \[bytes\].
     fn memory_bytes(&self) -> usize;
 }
 
-/// Returns all events of an agenda.
-fn entries(agenda: &impl EventTimes) -> impl Iterator<Item = CalendarEntry> {
+/// Returns the next events of all disks that have one, as calendar entries.
+fn all_entries(agenda: &impl EventTimes) -> impl Iterator<Item = CalendarEntry> {
     (0..agenda.disks())
         .map(|disk| CalendarEntry {
             time: agenda.time(disk),
@@ -105,8 +108,8 @@ fn entries(agenda: &impl EventTimes) -> impl Iterator<Item = CalendarEntry> {
         .filter(|entry| entry.time.is_finite())
 }
 
-/// Estimates the rate of events from the waits for them: from the earliest twentieth, unless these
-/// waits coincide \[1/time\].
+/// Estimates the rate of events \[1/time\] from the waiting times for the next events: from the
+/// shortest twentieth of them, unless these coincide.
 pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
     waits.retain(|&wait| wait > 0.0);
     if waits.is_empty() {
@@ -120,13 +123,13 @@ pub(crate) fn rate(mut waits: Vec<f64>) -> f64 {
     rate.min(1e300)
 }
 
-/// Plain calendar: a sorted set. The oracle of [`Buckets`].
+/// Reference event calendar, a sorted set of entries, against which [`Buckets`] is tested.
 #[derive(Debug, Default)]
 pub struct Sorted(BTreeSet<CalendarEntry>);
 
 impl Calendar for Sorted {
     fn new(agenda: &impl EventTimes, _now: f64) -> Self {
-        Self(entries(agenda).collect())
+        Self(all_entries(agenda).collect())
     }
 
     fn push(&mut self, entry: CalendarEntry) {
@@ -148,7 +151,7 @@ impl Calendar for Sorted {
     }
 }
 
-/// Calendar of events in a ring of time buckets.
+/// Event calendar as a ring of time buckets, each with the disks whose next event falls into it.
 ///
 /// Bucket number floor(t/width), computed the same way everywhere. A bucket is one cache line that
 /// names disks but no times, so that filing an event waits for nothing: the line is only written
@@ -162,38 +165,40 @@ impl Calendar for Sorted {
 /// leaves its bounds: a cooling gas slows down by orders of magnitude.
 pub struct Buckets {
     inverse_width: f64,
-    /// Time of the next event of each disk; infinite if it has none.
+    /// Time of the next event of each disk, by disk number; infinite if it has none.
     times: Vec<f64>,
     ring: Vec<Bucket>,
-    /// Number of disks that each bucket names.
+    /// Number of disks stored in each bucket of the ring.
     counts: Vec<u8>,
-    /// Number of the current bucket.
+    /// Number of the current bucket: floor(time/width).
     current: u64,
-    /// Events of the current bucket, in no order: the first `few`.
+    /// Events of the current bucket, unordered: the first `few` entries are valid.
     soon: Soon,
-    /// Number of events in `soon`.
+    /// Number of valid events in `soon`, the unordered list of the current bucket.
     few: usize,
-    /// Further events of the current bucket.
+    /// Events of the current bucket that do not fit into the short list `soon`, as a heap.
     crowd: BinaryHeap<CalendarEntry, MinComparator>,
-    /// Bucket number and disk of events whose bucket is full.
+    /// Bucket number and disk of events whose bucket in the ring is full, as a heap.
     spill: BinaryHeap<(u64, u32), MinComparator>,
     far: Vec<CalendarEntry>,
-    /// Bucket number and disk of events that wait for their bucket to be prefetched, at most until
-    /// the next turn: the first `waits`.
+    /// Bucket number and disk of events not yet written into the ring, because their buckets are
+    /// still being prefetched: the first `waits` entries are valid.
     waiting: [(u64, u32); WAITING],
     waits: usize,
-    /// Prefetch plans of the next buckets, by their numbers in turn.
+    /// Prefetch plans of the next buckets; the plan of bucket n is at n modulo `AHEAD`.
     plans: [PrefetchPlan; AHEAD],
-    /// Number of disks named in the ring and the spill.
+    /// Number of disk entries in the ring of buckets and in the overflow heap `spill`.
     near: usize,
-    /// Number of events popped since the current bucket was the bucket with the number `since`.
+    /// Number of events popped since bucket number `since` was current: the mean load follows from
+    /// it.
     popped: usize,
     since: u64,
     last_time: f64,
 }
 
-/// A few events: times, as bits, and disks. Two arrays, as a pair that is copied right after its
-/// parts were written makes the processor wait. Unused entries are never the earliest.
+/// Short unordered list of the events of the current bucket: bit patterns of times, and disks, as
+/// two arrays. A pair read just after its parts were written would stall the processor. Unused
+/// entries hold the largest time.
 struct Soon {
     times: [u64; FEW],
     disks: [u32; FEW],
@@ -210,22 +215,26 @@ impl Soon {
 #[repr(align(64))]
 struct Bucket([u32; NAMES]);
 
-/// Number of events that a bucket should hold.
+/// Target number of events per bucket, from which the width of buckets is chosen.
 const LOAD: f64 = 8.0;
 
-/// Numbers of events per bucket between which the width of buckets stays.
+/// Least and largest mean number of events per bucket; beyond them a new width of buckets is
+/// chosen.
 const LOADS: [f64; 2] = [5.0, 11.0];
 
-/// Most events whose earliest is found by comparing all.
+/// Capacity of the unordered list of the current bucket, whose earliest event is found by comparing
+/// all.
 const FEW: usize = 24;
 
-/// Number of events that are compared at a time, without a check of the number of events.
+/// Number of events compared together in the search for the earliest event, without a check of the
+/// count.
 const BLOCK: usize = 4;
 
-/// Entries of the far list ahead that times are prefetched.
+/// Prefetch distance in the scan of the far list: number of entries ahead whose event times are
+/// requested from memory.
 const LOOK_AHEAD: usize = 16;
 
-/// Largest number of events that wait to be written into their buckets.
+/// Capacity of the buffer of events that wait to be written into their buckets.
 const WAITING: usize = 32;
 
 impl Buckets {
@@ -235,8 +244,9 @@ impl Buckets {
         (time * self.inverse_width) as i64 as u64
     }
 
-    /// Returns the begin of the next bucket, in widths: times over the width are below it just if
-    /// their bucket is the current one or before. Infinite if there is no next one.
+    /// Returns the begin of the next bucket in units of the bucket width: the time of an event over
+    /// the width is below it just if the event belongs to the current bucket or an earlier one.
+    /// Infinite after the last bucket.
     fn next_begins(&self) -> f64 {
         if self.current >= i64::MAX as u64 {
             return f64::INFINITY;
@@ -254,12 +264,13 @@ impl Buckets {
         self.ring.len() as u64 - 1
     }
 
-    /// Number of buckets between two searches of the far list.
+    /// Returns the number of buckets between two scans of the far list: a quarter of the ring.
     fn quarter(&self) -> u64 {
         self.ring.len() as u64 / 4
     }
 
-    /// Files an event, unless its time is infinite.
+    /// Stores an event in the current bucket, in the ring of buckets or in the far list, by its
+    /// time; ignores infinite times.
     #[inline]
     fn file(&mut self, entry: CalendarEntry) {
         if !entry.time.is_finite() {
@@ -282,7 +293,8 @@ impl Buckets {
         }
     }
 
-    /// Writes waiting events into their buckets.
+    /// Writes all events of the waiting buffer into their buckets in the ring; those whose bucket
+    /// is full go to the overflow heap.
     fn sort_bucket(&mut self) {
         for &(number, disk) in &self.waiting[..std::mem::take(&mut self.waits).min(WAITING)] {
             self.near += 1;
@@ -308,7 +320,8 @@ impl Buckets {
         }
     }
 
-    /// Moves near events from the far list into the ring, and drops stale ones.
+    /// Moves events that are now within the range of the ring from the far list to their buckets,
+    /// and drops stale ones.
     fn refile(&mut self) {
         let length = self.ring.len() as u64;
         let mut kept = 0;
@@ -330,7 +343,8 @@ impl Buckets {
         self.far.truncate(kept);
     }
 
-    /// Files all events again, with the width for `LOAD` events a bucket at the given rate.
+    /// Rebuilds the calendar with a new width of buckets, such that a bucket has `LOAD` events at
+    /// the given rate \[1/time\].
     fn rebuild(&mut self, rate: f64) {
         self.counts.fill(0);
         self.soon = Soon::NOTHING;
@@ -350,7 +364,8 @@ impl Buckets {
         }
     }
 
-    /// Advances to the next bucket; false if there is no event at all.
+    /// Makes the next bucket the current one and collects its events; returns false if the calendar
+    /// is empty.
     #[inline(always)]
     fn turn(&mut self, agenda: &impl EventTimes) -> bool {
         self.sort_bucket();
@@ -427,8 +442,8 @@ impl Buckets {
         true
     }
 
-    /// Adds the event of a disk named in the current bucket to its events, unless it is stale; uses
-    /// [`Self::next_begins`].
+    /// Adds the event of a disk stored in the current bucket to the list of due events, unless the
+    /// entry is stale: the disk's event time is then at or after [`Self::next_begins`].
     #[inline(always)]
     fn admit(&mut self, disk: u32, next_begins: f64, agenda: &impl EventTimes) {
         memory::prefetch_next(&self.times, agenda.prefetch_partner(disk));
@@ -448,7 +463,8 @@ impl Buckets {
         }
     }
 
-    /// Returns the index and the earliest event of `soon`, unless that is empty.
+    /// Returns the earliest event of the unordered list `soon` and its index there; `None` if the
+    /// list is empty.
     #[inline(always)]
     fn earliest(&self) -> Option<(usize, CalendarEntry)> {
         if self.few == 0 {

@@ -1,13 +1,15 @@
-//! Walk through the lists of disks of several cells.
+//! Iteration over the disks of several cells, whose linked lists are followed in turn.
 
 use crate::cells::NONE;
 use crate::record::DiskRecord;
 
-/// Most lists of cells open at a time, where cells are at rest: four by four.
+/// Capacity for linked lists open at a time around a disk or pair, where cells do not slide: four
+/// by four cells.
 const STILL: usize = 16;
 
-/// Lists of disks, of one cell each, that are followed side by side: the next disk of each waits in
-/// a ring. One loop over all lists has only one unpredictable end. Two arrays avoid packing.
+/// Iterator over the disks of several cells, whose linked lists are followed in turn: a ring buffer
+/// holds the next disk of each. One loop over all lists has only one unpredictable end. Two arrays
+/// avoid packing.
 pub(crate) struct CellListWalk<const RING: usize = STILL> {
     disks: [u32; RING],
     cells: [u32; RING],
@@ -25,8 +27,8 @@ impl<const RING: usize> CellListWalk<RING> {
         }
     }
 
-    /// Opens the list that begins with a disk, if there is one and it is wanted. The number of its
-    /// cell is passed on with its disks.
+    /// Adds the linked list of a cell to the walk, if `wanted` and not empty. `first` is its first
+    /// disk; `cell` is the number returned with each of its disks.
     #[inline(always)]
     pub(crate) fn open(&mut self, first: u32, cell: usize, wanted: bool) {
         self.disks[self.end % RING] = first;
@@ -34,7 +36,7 @@ impl<const RING: usize> CellListWalk<RING> {
         self.end += usize::from(first != NONE) & usize::from(wanted);
     }
 
-    /// Returns the next disk of any list, with its number and the number of its cell.
+    /// Returns the next disk of the walk: its number, the number given to its cell, and its record.
     #[inline(always)]
     pub(crate) fn next<'a>(
         &mut self,
@@ -52,7 +54,7 @@ impl<const RING: usize> CellListWalk<RING> {
         Some((who, cell as usize, disk))
     }
 
-    /// Number of disks returned so far.
+    /// Returns the number of disks that the walk has returned so far.
     #[inline(always)]
     pub(crate) fn followed(&self) -> u64 {
         self.begin as u64

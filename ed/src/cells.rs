@@ -1,47 +1,48 @@
-//! Grid of cells. Beyond a wall there is a column or row that stays empty.
+//! Cell lists: a regular grid over the box, each cell with the linked list of its disks. Beyond a
+//! wall there is one more column or row of cells, which stays empty.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::{images, memory};
 
-/// Number that stands for no disk.
+/// Disk number that means no disk: end of a linked list, or no partner.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Returns the index of a disk for the prefetch of its record; for [`NONE`] an address just before
-/// the first record, usually on the same page.
+/// Returns the array index at which to prefetch the record of a disk. For [`NONE`] it is an address
+/// just before the first record, usually on the same page.
 #[inline(always)]
 pub(crate) fn line_of(disk: u32) -> usize {
     disk as i32 as usize
 }
 
-/// Coordinates of a cell.
+/// Column and row of a cell in the grid, from 0.
 pub(crate) type CellCoordinates = [u16; 2];
 
-/// Cells of a tile along one side, as a power of two: cells and disks that are near each other in
-/// the plane are near in memory.
+/// Binary logarithm of the side of a square tile of cells stored together: cells near each other in
+/// the box are near in memory.
 const TILE: u32 = 3;
 
 /// Mean number of disks in a cell of a dilute gas: with more, too many candidates are tested; with
 /// fewer, too many boundaries are crossed.
 const OCCUPANCY: f64 = 0.45;
 
-/// Widest cell in diameters, unless that makes too many cells: the square of a contact distance is
-/// a difference of squares of separations, with an error of 1e-16 of these.
+/// Largest width of ordinary cells, in diameters, unless the number of cells then exceeds memory.
+/// The square of a contact distance is a difference of squares of separations, with an error of
+/// 1e-16 of these.
 const WIDEST: f64 = 64.0;
 
-/// Mean number of other disks in the cell of a disk, up to which cells of a dilute gas are as wide
-/// as its density asks for. A uniform gas has [`OCCUPANCY`] of them; a gas with dense regions has
-/// narrower cells.
+/// Largest mean number of other disks in the cell of a disk for which the wide cells of a dilute
+/// gas are used. A uniform gas has [`OCCUPANCY`]; a gas with dense regions gets narrower cells.
 const CROWDED: f64 = 2.0;
 
-/// Fewest columns and rows of wide cells.
+/// Least number of columns and of rows in a grid of the wide cells of a dilute gas.
 const LEAST_COUNT: f64 = 4.0;
 
-/// Number of cells that a disk enters per width of a cell that it flies, on average over all
-/// directions.
+/// Number of cells that a disk enters while it flies the width of a cell, on average over all
+/// directions: 4/π.
 const ENTERED: f64 = 4.0 / std::f64::consts::PI;
 
-/// Estimates the number of cell borders crossed per collision of a uniform gas with this mean free
-/// path \[length\]. Around obstacles cells are narrower.
+/// Estimates the number of cell boundaries that disks cross per collision, in a uniform gas with
+/// the given mean free path \[length\]. Around obstacles cells are narrower.
 ///
 /// A gas in which more than 1e7 of them come between two collisions is given up
 /// ([`crate::EventDrivenError::NoCollisions`]).
@@ -63,36 +64,41 @@ pub fn crossings_per_collision(
     2.0 * ENTERED * mean_free_path / width
 }
 
-/// Grid of a box; each cell names the first of its disks.
+/// Cell lists of a box: a grid of cells, each with the first disk of its linked list.
 #[derive(Debug)]
 pub(crate) struct CellLists {
     counts: [u16; 2],
     periodic: [bool; 2],
-    /// Steps along each axis beyond which the way around the box is shorter, doubled; more than
-    /// there are if the axis has walls.
+    /// Number of columns and of rows along each periodic axis, for the minimum image: a step of
+    /// more than half of them is shorter the other way round. Larger than any step along an axis
+    /// with walls.
     around: [i32; 2],
     width: Vector2<f64>,
     lengths: Vector2<f64>,
     narrow: bool,
-    /// True if cells are wider than squares of separations allow.
+    /// True if cells are wider than the limit up to which differences of squared separations are
+    /// accurate; contact times then use another formula.
     wide: bool,
-    /// Contribution of a column to the index of a cell in memory; two columns before the first
-    /// and two after the last are their periodic images, or the column beyond the wall.
+    /// Contribution of each column to the memory index of a cell, which is the sum of two. Two
+    /// entries before the first column and two after the last are its periodic images, or the empty
+    /// column beyond a wall.
     columns: Vec<u32>,
-    /// Contribution of a row to the index of a cell in memory; two rows before the first and two
-    /// after the last are their periodic images, or the row beyond the wall.
+    /// Contribution of each row to the memory index of a cell, which is the sum of two. Two entries
+    /// before the first row and two after the last are its periodic images, or the empty row beyond
+    /// a wall.
     rows: Vec<u32>,
     firsts: Vec<u32>,
 }
 
 impl CellLists {
-    /// Best width of cells for this many disks, if none is wider \[length\].
+    /// Returns the width of cells that is best for the speed of the event loop at this number of
+    /// disks \[length\], if larger than all diameters.
     pub(crate) fn ideal(lengths: Vector2<f64>, disks: usize) -> f64 {
         (OCCUPANCY * lengths[0] * lengths[1] / disks.max(1) as f64).sqrt()
     }
 
-    /// Creates cells no narrower than the largest diameter, and as wide as pays for this many
-    /// disks.
+    /// Creates empty cell lists. Cells are at least as wide as the largest diameter, and otherwise
+    /// as wide as is best for this number of disks.
     pub(crate) fn new(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -106,8 +112,9 @@ impl CellLists {
         Self::with_counts(lengths, periodic, counts, narrow[0] || narrow[1])
     }
 
-    /// Least width of cells for which squares of separations are accurate and memory holds all
-    /// cells \[length\]. The cells made are a little wider.
+    /// Returns the lower limit for the width of cells \[length\]: at least a diameter, and such
+    /// that squared separations are accurate and all cells fit into memory. Actual cells are a
+    /// little wider.
     fn least_width(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> f64 {
         // Wider than a diameter by more than positions are rounded.
         let narrowest = largest_diameter * (1.0 + 1e-9);
@@ -116,12 +123,12 @@ impl CellLists {
         narrowest.max(Self::ideal(lengths, disks).min(widest))
     }
 
-    /// Creates cells of a dilute gas as wide as its density asks for, beyond [`WIDEST`]. A disk
-    /// crosses many cells between two collisions; their number then follows from the free path
-    /// alone. `None` where [`Self::new`] gives such cells, or where disks are crowded. `places` are
-    /// the positions of disks.
+    /// Creates cell lists of a dilute gas with cells as wide as its density asks for, beyond
+    /// [`WIDEST`]. A disk of a dilute gas crosses many cells per collision; wide cells make these
+    /// fewer. `None` where [`Self::new`] gives such cells, or where disks are crowded. `places` are
+    /// the positions of all disks.
     ///
-    /// Contacts need [`crate::contact::Candidates::add_far`] in them.
+    /// Contact times in such cells need [`crate::contact::Candidates::add_far`].
     pub(crate) fn wide_ones(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -142,7 +149,8 @@ impl CellLists {
         None
     }
 
-    /// Returns true if [`Self::wide_ones`] may give cells to this many disks.
+    /// Returns true if the gas may be dilute enough for wide cells ([`Self::wide_ones`]), as far as
+    /// number and diameter of its disks tell.
     pub(crate) fn may_be_wide(lengths: Vector2<f64>, largest_diameter: f64, disks: usize) -> bool {
         let narrow = Self::least_width(lengths, largest_diameter, disks);
         Self::wide_width(lengths, disks) >= 2.0 * narrow
@@ -152,7 +160,8 @@ impl CellLists {
         Self::ideal(lengths, disks).min(lengths.min() / LEAST_COUNT)
     }
 
-    /// Mean number of other disks in the cell of a disk.
+    /// Returns the mean number of other disks in the cell of a disk, over disks at the positions
+    /// `places`.
     fn crowding(&self, places: &[Vector2<f64>]) -> f64 {
         let mut counts = vec![0_u32; self.firsts.len()];
         let mut others = 0_u64;
@@ -165,14 +174,15 @@ impl CellLists {
         others as f64 / places.len().max(1) as f64
     }
 
-    /// Returns true if cells are so wide that contacts are found by
+    /// Returns true if cells are so wide that contact times need the formula of
     /// [`crate::contact::Candidates::add_far`].
     #[inline(always)]
     pub(crate) fn wide(&self) -> bool {
         self.wide
     }
 
-    /// Creates this many columns and rows; `narrow` as given by [`Self::narrow`].
+    /// Creates empty cell lists with the given numbers of columns and rows. `narrow` is true if two
+    /// periodic images of a disk may touch the same disk.
     pub(crate) fn with_counts(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -224,7 +234,7 @@ impl CellLists {
         }
     }
 
-    /// Returns a grid of the same cells without disks.
+    /// Returns cell lists with the same grid but without disks.
     pub(crate) fn emptied(&self) -> Self {
         Self {
             columns: self.columns.clone(),
@@ -234,7 +244,7 @@ impl CellLists {
         }
     }
 
-    /// Copies the first disks of the cells of some rows from a grid like this.
+    /// Copies the first disk of each cell in some rows from other cell lists with the same grid.
     pub(crate) fn copy_rows(&mut self, from: &Self, rows: impl Iterator<Item = u16>) {
         // Tile by tile, as they are in memory.
         let side = 1 << TILE;
@@ -252,22 +262,22 @@ impl CellLists {
         }
     }
 
-    /// Sides of a cell \[length\].
+    /// Returns the sides of a cell along x and y \[length\].
     #[inline]
     pub(crate) fn width(&self) -> Vector2<f64> {
         self.width
     }
 
-    /// Returns the index in memory of a neighbour of a cell. `right` and `up` are 0 for the column
-    /// or row before the cell's own, 1 for its own, and 2 for the next.
+    /// Returns the memory index of a cell or one of its eight neighbours. `right` and `up` are 0
+    /// for the column to the left or row below, 1 for the cell's own, and 2 for the next.
     #[inline]
     pub(crate) fn place(&self, cell: CellCoordinates, right: usize, up: usize) -> usize {
         let [x, y] = cell.map(usize::from);
         (self.columns[x + right + 1] + self.rows[y + up + 1]) as usize
     }
 
-    /// Returns the contributions of three columns and of three rows to the indices in memory of a
-    /// cell and its neighbours: each index is the sum of two of them.
+    /// Returns the contributions of three columns and of three rows to the memory indices of a cell
+    /// and its eight neighbours: each index is the sum of two of them.
     #[inline(always)]
     pub(crate) fn cells_around(&self, cell: CellCoordinates) -> ([u32; 3], [u32; 3]) {
         let [x, y] = cell.map(usize::from);
@@ -278,8 +288,8 @@ impl CellLists {
         )
     }
 
-    /// Returns the indices in memory of three cells side by side across an axis. The middle cell is
-    /// `steps` steps, two at most, from `cell` along the axis, forward or backward.
+    /// Returns the memory indices of three cells in a line perpendicular to `axis`. The middle one
+    /// is `steps` cells, at most two, from `cell` along the axis, forward or backward.
     #[inline(always)]
     pub(crate) fn across(
         &self,
@@ -297,9 +307,9 @@ impl CellLists {
         [place + across[0], place + across[1], place + across[2]]
     }
 
-    /// Returns the contributions to indices in memory of the four columns or rows around two
-    /// adjacent cells, and for each cell the first of the three around it. `None` for cells that
-    /// are not adjacent, and in a grid that is too small.
+    /// Returns, along one axis, the contributions to memory indices of the four columns or rows
+    /// around two adjacent cells, and for each cell the first of its three among them. `None` if
+    /// the cells are not adjacent or the grid is too small.
     #[inline(always)]
     pub(crate) fn around_both(
         &self,
@@ -322,7 +332,8 @@ impl CellLists {
         Some(([parts[0], parts[1], parts[2], parts[3]], begin))
     }
 
-    /// Returns the cell of a position inside the box, and the position relative to its corner.
+    /// Returns the cell that contains a position in the box, and the position relative to the lower
+    /// left corner of that cell \[length\].
     pub(crate) fn locate(&self, position: Vector2<f64>) -> (CellCoordinates, Vector2<f64>) {
         let mut cell = [0; 2];
         let mut offset = position;
@@ -334,7 +345,7 @@ impl CellLists {
         (cell, offset)
     }
 
-    /// Returns the lower left corner of a cell \[length\].
+    /// Returns the coordinates of the lower left corner of a cell \[length\].
     pub(crate) fn corner(&self, cell: CellCoordinates) -> Vector2<f64> {
         vector![
             f64::from(cell[0]) * self.width[0],
@@ -348,8 +359,8 @@ impl CellLists {
         self.periodic[axis]
     }
 
-    /// Returns the column (axis 0) or row (axis 1) before or after, and whether that is across the
-    /// boundary of the box.
+    /// Returns the adjacent column (axis 0) or row (axis 1), forward or backward, and true if the
+    /// step wraps around the box.
     #[inline]
     pub(crate) fn beyond(&self, number: u16, axis: usize, forward: bool) -> (u16, bool) {
         let last = self.counts[axis] - 1;
@@ -361,8 +372,8 @@ impl CellLists {
         }
     }
 
-    /// Returns the vector from the corner of the second cell to the corner of the first, over the
-    /// nearest image.
+    /// Returns the vector from the corner of the cell `second` to the nearest periodic image of the
+    /// corner of the cell `first` \[length\].
     #[inline(always)]
     pub(crate) fn corner_offset(
         &self,
@@ -380,24 +391,26 @@ impl CellLists {
         shift
     }
 
-    /// Returns true if the box is so narrow that two images of a disk may touch another.
+    /// Returns true if the box is so narrow that two periodic images of one disk may touch the same
+    /// other disk.
     #[inline]
     pub(crate) fn narrow(&self) -> bool {
         self.narrow
     }
 
-    /// Number of cells in memory.
+    /// Returns the number of cells in memory, including those beyond walls and unused ones of
+    /// tiles.
     pub(crate) fn places(&self) -> usize {
         self.firsts.len()
     }
 
-    /// Numbers of columns and rows.
+    /// Returns the numbers of columns and of rows of cells in the box.
     pub(crate) fn counts(&self) -> [u16; 2] {
         self.counts
     }
 
-    /// Returns the index in memory of the cell with numbers that may lie in another box or beyond a
-    /// wall, and the number of boxes in between.
+    /// Returns the memory index of a cell whose column and row may lie beyond the box, in a
+    /// periodic image or behind a wall, and how many boxes away along each axis it is.
     #[inline]
     pub(crate) fn place_beyond(&self, numbers: [i32; 2]) -> (usize, [i32; 2]) {
         let counts = self.counts.map(i32::from);
@@ -412,7 +425,8 @@ impl CellLists {
         (self.place(cell, 1, 1), boxes)
     }
 
-    /// Returns periodic images of a separation: the nearest image, and the images next to it.
+    /// Returns the nearest periodic image of a separation vector, and the images one box from it
+    /// along each periodic axis \[length\].
     pub(crate) fn images_of(&self, separation: Vector2<f64>) -> impl Iterator<Item = Vector2<f64>> {
         let mut nearest = separation;
         for axis in 0..2 {
@@ -431,15 +445,16 @@ impl CellLists {
             .map(move |image| nearest + image.component_mul(&lengths))
     }
 
-    /// Returns the nearest image of a separation around the box along the first axis.
+    /// Returns the nearest periodic image of a separation vector along the first axis only
+    /// \[length\].
     #[inline(always)]
     pub(crate) fn nearest_along(&self, separation: Vector2<f64>) -> Vector2<f64> {
         let nearest = images::nearest(separation[0], self.lengths[0]);
         vector![nearest, separation[1]]
     }
 
-    /// Returns periodic images of a separation along the first axis: the nearest image, and the
-    /// images next to it.
+    /// Returns the nearest periodic image of a separation vector along the first axis, and its two
+    /// neighbours one box to either side \[length\].
     pub(crate) fn images_along(
         &self,
         separation: Vector2<f64>,
@@ -450,8 +465,8 @@ impl CellLists {
         steps.map(move |step| vector![nearest + step * length, separation[1]])
     }
 
-    /// Returns the contribution to an index in memory of a column that lies up to a box beyond an
-    /// edge.
+    /// Returns the contribution to memory indices of a column whose number may be up to one box
+    /// beyond either edge.
     #[inline(always)]
     pub(crate) fn column_around(&self, column: i32) -> u32 {
         let columns = i32::from(self.counts[0]);
@@ -460,8 +475,8 @@ impl CellLists {
         self.columns[(column + below - above + 2) as usize]
     }
 
-    /// Returns the contributions to indices in memory of four columns side by side, from the column
-    /// `first` on.
+    /// Returns the contributions to memory indices of four adjacent columns, starting at the column
+    /// `first`.
     #[inline(always)]
     pub(crate) fn four_columns(&self, first: i32) -> [u32; 4] {
         // The table repeats the last two columns before the first.
@@ -476,36 +491,37 @@ impl CellLists {
         [four[0], four[1], four[2], four[3]]
     }
 
-    /// Returns the first disk of the cell at an index in memory, or [`NONE`].
+    /// Returns the first disk in the linked list of the cell at a memory index, or [`NONE`].
     #[inline]
     pub(crate) fn first(&self, place: usize) -> u32 {
         self.firsts[place]
     }
 
-    /// Makes a disk the first of the cell at an index in memory; returns the previous first disk.
+    /// Makes a disk the first in the linked list of the cell at a memory index; returns the
+    /// previous first disk.
     #[inline]
     pub(crate) fn set_first(&mut self, place: usize, disk: u32) -> u32 {
         std::mem::replace(&mut self.firsts[place], disk)
     }
 
-    /// Prefetches a cell that will be needed soon.
+    /// Prefetches the head of the linked list of the cell at a memory index.
     #[inline]
     pub(crate) fn prefetch(&self, place: usize) {
         memory::prefetch(&self.firsts, place);
     }
 
-    /// Memory of the cell lists \[bytes\].
+    /// Returns the memory that the cell lists occupy \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         4 * (self.firsts.capacity() + self.columns.capacity() + self.rows.capacity())
     }
 }
 
-/// Image of a separation, the relative velocity of this image, and the difference of the velocities
-/// of the two disks' rows, first less second.
+/// Periodic image of a separation vector between two disks, the relative velocity of this image,
+/// and the velocity of the first disk's sliding row less that of the second's.
 pub(crate) type SeparationImage = (Vector2<f64>, Vector2<f64>, f64);
 
-/// Returns the fastest approached image of those at contact within rounding; the nearest image if
-/// none is at contact.
+/// Returns, of the periodic images of a pair that touch within rounding at the contact distance
+/// `distance`, the one that approaches fastest; the nearest image if none touches.
 pub(crate) fn approached(
     images: impl Iterator<Item = SeparationImage>,
     distance: f64,

@@ -1,36 +1,37 @@
-//! State of a run between its legs.
+//! Checkpoint of an event-driven run: the state of the gas and all counters from which a run
+//! resumes, and the rule for which collisions lose energy.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::WallLedger;
 use stosszahl_model::{ParticleModel, ParticleState, ShearWork, State};
 
-/// Rule for which collisions lose energy.
+/// Rule for which collisions dissipate energy: none, all, or all but those within a contact time
+/// (TC model).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum DissipationRule {
-    /// No collisions lose energy, so that a gas equilibrates: all contacts are elastic and smooth,
-    /// also with moving walls.
+    /// All contacts are elastic and smooth, also with moving walls: a gas equilibrates.
     Elastic,
-    /// All collisions lose energy, by the coefficients of restitution of disks and walls.
+    /// All collisions dissipate energy, by the coefficients of restitution of disks and walls.
     Scene,
-    /// Collisions lose energy if the last contacts of both disks, contacts with walls included, are
-    /// older than this time \[time\]; others are elastic. This is the TC model of Luding &
-    /// McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017, which prevents inelastic
-    /// collapse.
+    /// Contact time of the TC model \[time\], which prevents inelastic collapse: a collision is
+    /// elastic if one of the disks had another contact, also with a wall, less than this time
+    /// before. Luding & McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017.
     ContactTime(f64),
 }
 
-/// Work done, in numbers that do not depend on the machine.
+/// Work counters of an event-driven run, in numbers of events that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EventCounters {
-    /// Number of pair collisions.
+    /// Number of collisions between two disks.
     pub collisions: u64,
-    /// Number of candidate pairs whose contact was predicted.
+    /// Number of candidate pairs tested for a contact.
     pub predictions: u64,
-    /// Number of events put into the calendar.
+    /// Number of events pushed into the event calendar.
     pub pushes: u64,
-    /// Number of cell boundaries crossed.
+    /// Number of times that disks crossed from one cell of the cell lists into another.
     pub crossings: u64,
-    /// Number of predicted contacts that did not happen because the partner had collided meanwhile.
+    /// Number of predicted contacts that did not happen because the partner had collided with
+    /// another disk before.
     pub broken: u64,
     /// Number of contacts made elastic by the TC model.
     pub elastic_contacts: u64,
@@ -39,12 +40,12 @@ pub struct EventCounters {
 }
 
 impl EventCounters {
-    /// Number of contacts of all kinds.
+    /// Returns the number of contacts of all kinds: between disks, and with walls and obstacles.
     pub(crate) fn contacts(&self) -> u64 {
         self.collisions + self.rebounds
     }
 
-    /// Adds other counters to these, one by one.
+    /// Adds each counter of another set of event counters to the same counter here.
     pub(crate) fn add(&mut self, other: &Self) {
         self.collisions += other.collisions;
         self.predictions += other.predictions;
@@ -56,13 +57,14 @@ impl EventCounters {
     }
 }
 
-/// All data from which a run continues to the same bytes.
+/// Checkpoint of an event-driven run: all data, besides the particle model, from which it resumes
+/// to the same bytes.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct EventDrivenCheckpoint<P: ParticleModel> {
-    /// State of the gas.
+    /// Time, box, and positions, velocities and spins of all disks.
     pub state: State<P>,
-    /// Time of each disk's last contact; empty unless the TC model needs it.
+    /// Time of the last contact of each disk \[time\]; empty unless the TC model needs it.
     pub last_contact: Vec<f64>,
     /// Image flags: number of times each disk has left the box on the right and at the top, less
     /// the number on the left and at the bottom. The position plus that many sides of the box is
@@ -71,14 +73,17 @@ pub struct EventDrivenCheckpoint<P: ParticleModel> {
     pub image_flags: Vec<[i32; 2]>,
     /// Counters of collisions and other events since the start of the run.
     pub tally: EventCounters,
-    /// Number of contacts since time last advanced noticeably.
+    /// Number of contacts since time last advanced noticeably, for the detection of inelastic
+    /// collapse.
     pub stalled: u64,
-    /// Momentum and energy that each wall and obstacle has given to the gas, by `Engine::ledgers`;
-    /// empty without any.
+    /// Momentum and energy that each wall and obstacle has given to the gas, in the order of
+    /// `Engine::ledgers`; empty without walls and obstacles.
     pub ledgers: Vec<WallLedger<P::Space>>,
-    /// Number of contacts of each disk with walls and obstacles so far; empty without any.
+    /// Number of contacts of each disk with walls and obstacles since the start; empty without
+    /// walls and obstacles.
     pub rebounds: Vec<u32>,
-    /// Energy balance so far; zero without a shear flow.
+    /// Energy balance of a shear flow since the start: work, dissipation and supplied energy; zero
+    /// without a shear flow.
     pub shear_work: ShearWork,
 }
 
@@ -98,7 +103,8 @@ impl<P: ParticleModel> Clone for EventDrivenCheckpoint<P> {
 }
 
 impl<P: ParticleModel> EventDrivenCheckpoint<P> {
-    /// Returns an empty gas in the box of `other`, as a placeholder while an engine has the gas.
+    /// Returns an empty checkpoint with the box and time of `other`: a placeholder while an engine
+    /// owns the gas.
     pub(crate) fn nowhere(other: &Self) -> Self {
         let (time, domain) = (other.state.time, other.state.domain);
         Self::from(State {
@@ -108,7 +114,7 @@ impl<P: ParticleModel> EventDrivenCheckpoint<P> {
         })
     }
 
-    /// Memory of the checkpoint \[bytes\].
+    /// Returns the memory that the checkpoint occupies \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         self.state.bodies.capacity() * size_of::<ParticleState<P>>()
             + self.last_contact.capacity() * 8

@@ -1,82 +1,86 @@
-//! Detection of inelastic collapse, and of gases whose disks never meet.
+//! Detection of inelastic collapse, infinitely many contacts in a finite time, and of gases whose
+//! disks never collide. Both end an event-driven run with an error.
 
 use std::collections::BTreeSet;
 
 use crate::cells::NONE;
 
-/// Number of collisions without progress of time that count as a collapse, besides a number that
-/// grows with the number of disks.
+/// Number of contacts without noticeable progress of time that counts as inelastic collapse; eight
+/// times the number of disks is added to it.
 const COLLAPSE: u64 = 4000;
 
-/// Latest collisions whose disks are the cluster of a collapse.
+/// Number of the latest contacts that are remembered: their disks are reported as the cluster of a
+/// collapse.
 const RECENT: usize = 256;
 
-/// Number of contacts between two checks of the time.
+/// Number of contacts between two checks whether time advances.
 const LOOK: u64 = 1024;
 
-/// Collisions in a row with negligible approach that are a collapse, if time does not advance.
+/// Number of collisions in a row with negligible approach speed that count as a collapse, if time
+/// does not advance.
 const FEW: usize = 32;
 
-/// Negligible approach: distance at the approach speed over the current time, in diameters. Only a
-/// geometric series of collisions leads there, while chance does once in 10^60.
+/// Limit below which an approach is negligible: approach speed times the current time, in
+/// diameters. Only a geometric series of collisions leads there, while chance does once in 10^60.
 const FEEBLE: f64 = 1e-60;
 
-/// Largest advance of time that counts as none, over the absolute time.
+/// Largest advance of time, relative to the absolute time, that counts as no progress in a gas
+/// without field.
 const FINE: f64 = 1e-13;
 
-/// Largest advance of time that counts as none in a field, over the absolute time: disks at rest on
-/// a floor hop for the resolution of the clock, 2e-16, and a thousand times that is no advance
-/// either.
+/// Largest advance of time, relative to the absolute time, that counts as no progress under
+/// gravity. Disks at rest on a floor hop for the resolution of the clock, 2e-16; a thousand hops
+/// are no progress either.
 const COARSE: f64 = 1e-12;
 
-/// Cell crossings without a collision after which a run is given up, plus a number that grows with
-/// the number of disks.
+/// Number of cell crossings without a collision after which a run ends with an error; 100 times the
+/// number of disks is added to it.
 pub(crate) const PATIENCE: u64 = 10_000_000;
 
-/// Number of cells that are cleared in about the time of a crossing, or less: the limit for a gas
-/// of two disks in a million cells is some seconds either way.
+/// Number of cells whose clearing counts as one cell crossing in the limit [`PATIENCE`], as it
+/// takes about as long.
 const CELLS_OF_A_CROSSING: usize = 512;
 
-/// Detector of a lack of progress. Times are engine times.
+/// Detector of inelastic collapse, and of runs without collisions. All times are engine times.
 #[derive(Clone)]
 pub(crate) struct CollapseDetector {
-    /// Engine time at which time last advanced noticeably.
+    /// Engine time at which progress of time was last noticed.
     time: f64,
-    /// Number of contacts when time last advanced.
+    /// Number of contacts of the run at which progress of time was last noticed.
     collisions: u64,
-    /// Pair and engine time of the last collisions.
+    /// Disk numbers and engine times of the latest contacts, as a ring buffer.
     recent: [([u32; 2], f64); RECENT],
-    /// Number of collisions in a row with negligible approach.
+    /// Number of collisions in a row whose approach speed was negligible.
     negligible: usize,
-    /// Number of crossings since the last collision.
+    /// Number of cell crossings since the last collision.
     idle: u64,
 }
 
-/// Contact, and the gas in which it happens.
+/// Contact, with the data of the gas that the detector of collapse compares it with.
 pub(crate) struct ContactInfo {
     pub(crate) pair: [u32; 2],
     pub(crate) now: f64,
-    /// Absolute time of the contact, in the unit of engine time.
+    /// Absolute time of the contact, times the engine's unit of speed.
     pub(crate) absolute_time: f64,
-    /// Engine time in which a typical disk moves by its diameter.
+    /// Engine time in which a typical disk of the gas moves by its diameter.
     pub(crate) unit: f64,
-    /// Number of disks.
+    /// Number of disks of the gas.
     pub(crate) disks: usize,
-    /// True if disks fly straight, without gravity.
+    /// True if disks fly straight; false under gravity.
     pub(crate) straight: bool,
 }
 
 impl ContactInfo {
-    /// Returns true if the disks, or one and a wall, approached negligibly at this speed for their
-    /// diameter; `None` if there is no time to compare with.
+    /// Returns true if the approach speed of the contact is negligible: at it, a tiny fraction of a
+    /// diameter is covered in the current absolute time. `None` if speed or time is zero.
     #[inline(always)]
     pub(crate) fn is_negligible(&self, approach: f64, diameter: f64) -> Option<bool> {
         let way = approach.abs() * self.absolute_time.abs();
         (way > 0.0).then_some(way < FEEBLE * diameter)
     }
 
-    /// Returns the largest advance of engine time that counts as none: a fixed share of the
-    /// absolute time, so that it does not depend on the epoch of the engine.
+    /// Returns the largest advance of engine time that counts as no progress: a fixed fraction of
+    /// the absolute time, so that it does not depend on the epoch of the engine.
     #[inline(always)]
     fn resolution(&self) -> f64 {
         let fine = if self.straight { FINE } else { COARSE };
@@ -85,8 +89,8 @@ impl ContactInfo {
 }
 
 impl CollapseDetector {
-    /// Creates a detector at the engine time 0, with the number of contacts when time last
-    /// advanced.
+    /// Creates a detector of collapse at engine time 0. `collisions` is the number of contacts of
+    /// the run when time last advanced.
     pub(crate) fn new(collisions: u64) -> Self {
         Self {
             time: 0.0,
@@ -97,15 +101,16 @@ impl CollapseDetector {
         }
     }
 
-    /// Counts a fresh start with this many cells, whose work stands for crossings. Returns the
-    /// crossings since the last collision, if they are too many for this number of disks. In a wide
-    /// box of few disks hardly any are between two such starts.
+    /// Counts a restart of the engine with `cells` cells as the number of cell crossings that takes
+    /// as long. Returns the crossings since the last collision, if too many for this number of
+    /// disks: a wide box of few disks has hardly any crossings between two restarts.
     pub(crate) fn fresh_start(&mut self, cells: usize, disks: usize) -> Option<u64> {
         self.idle += (cells / CELLS_OF_A_CROSSING) as u64;
         self.crossing(disks)
     }
 
-    /// Returns this detector with the clock set to zero, after a fresh start.
+    /// Returns a detector of collapse for a restarted engine: clock zero, the count of crossings
+    /// kept.
     pub(crate) fn afresh(&self, collisions: u64) -> Self {
         Self {
             idle: self.idle,
@@ -113,36 +118,38 @@ impl CollapseDetector {
         }
     }
 
-    /// Sets the number of crossings to zero.
+    /// Sets the number of cell crossings since the last collision to zero.
     pub(crate) fn reset_idle(&mut self) {
         self.idle = 0;
     }
 
-    /// Number of crossings since the last collision.
+    /// Returns the number of cell crossings since the last collision.
     pub(crate) fn idle(&self) -> u64 {
         self.idle
     }
 
-    /// Sets the number of crossings, if they were counted elsewhere.
+    /// Sets the number of cell crossings since the last collision, if they were counted elsewhere.
     pub(crate) fn set_idle(&mut self, idle: u64) {
         self.idle = idle;
     }
 
-    /// Number of contacts since time last advanced noticeably, of this many in all.
+    /// Returns the number of contacts since time last advanced noticeably; `collisions` is the
+    /// number of all contacts of the run.
     pub(crate) fn stalled(&self, collisions: u64) -> u64 {
         collisions - self.collisions
     }
 
-    /// Counts a crossing. Returns the crossings since the last collision, if they are too many for
-    /// this number of disks.
+    /// Counts a cell crossing. Returns the crossings since the last collision, if they are too many
+    /// for this number of disks.
     #[inline(always)]
     pub(crate) fn crossing(&mut self, disks: usize) -> Option<u64> {
         self.idle += 1;
         (self.idle > PATIENCE + 100 * disks as u64).then_some(self.idle)
     }
 
-    /// Counts a contact with a wall. Returns the crossings since the last collision, if time has no
-    /// end and they are too many for this number of disks.
+    /// Counts a contact with a wall as a crossing. Returns the crossings since the last collision,
+    /// if they are too many. If the run has an end time (`ends`), contacts with walls are progress
+    /// and the count restarts.
     #[inline]
     pub(crate) fn rebound(&mut self, ends: bool, disks: usize) -> Option<u64> {
         if ends {
@@ -151,8 +158,8 @@ impl CollapseDetector {
         self.crossing(disks)
     }
 
-    /// Counts a contact, the last of this number, [`ContactInfo::is_negligible`] or not; true if it
-    /// is a collapse. With a wall, the partner is [`NONE`].
+    /// Counts a contact, by its number in the run and whether its approach was negligible; true if
+    /// the gas has collapsed. With a wall, the partner is [`NONE`].
     #[inline(always)]
     pub(crate) fn collision(
         &mut self,
@@ -175,15 +182,15 @@ impl CollapseDetector {
         self.has_stopped(number, latest)
     }
 
-    /// Counts a contact with an approach that is not negligible, after another such contact; true
-    /// if it is a collapse. Of many in a row only the numbers of [`Self::counts`] need be counted.
+    /// Counts a contact whose approach is not negligible, after another such contact; true if the
+    /// gas has collapsed. Of many in a row only the numbers of [`Self::counts`] must be counted.
     pub(crate) fn usual_collision(&mut self, number: u64, latest: &ContactInfo) -> bool {
         self.remember(number, latest);
         self.has_stopped(number, latest)
     }
 
-    /// Returns the numbers of the contacts from `first` to `last` that change the detector:
-    /// contacts at which the time is checked, and the last [`RECENT`].
+    /// Returns those numbers of contacts from `first` to `last` that change the detector: contacts
+    /// at which the progress of time is checked, and the last [`RECENT`].
     pub(crate) fn counts(first: u64, last: u64) -> impl Iterator<Item = u64> {
         let late = first.max((last + 1).saturating_sub(RECENT as u64));
         let looks = (first.next_multiple_of(LOOK)..late).step_by(LOOK as usize);
@@ -198,7 +205,8 @@ impl CollapseDetector {
         self.recent[number as usize % RECENT] = (latest.pair, latest.now);
     }
 
-    /// Returns true if time has not advanced for too many contacts; checked once in a while.
+    /// Returns true if time has not advanced noticeably during too many contacts; tests only every
+    /// [`LOOK`] contacts.
     #[inline(always)]
     fn has_stopped(&mut self, number: u64, latest: &ContactInfo) -> bool {
         if !number.is_multiple_of(LOOK) {
@@ -210,18 +218,18 @@ impl CollapseDetector {
         self.stalled(number) > COLLAPSE + 8 * latest.disks as u64
     }
 
-    /// Returns true if the approach at the last contact was negligible.
+    /// Returns true if the approach speed at the last contact was negligible.
     pub(crate) fn is_negligible(&self) -> bool {
         self.negligible > 0
     }
 
-    /// Returns the pairs of the latest contacts; with a wall, the partner is [`NONE`].
+    /// Returns the disk numbers of the latest contacts; for a wall, the partner is [`NONE`].
     pub(crate) fn recent(&self) -> impl Iterator<Item = [u32; 2]> {
         let pairs = self.recent.iter().map(|(pair, _)| *pair);
         pairs.filter(|pair| *pair != [NONE; 2])
     }
 
-    /// Returns the disks of the last collisions.
+    /// Returns the numbers of the disks in the latest contacts: the cluster of a collapse.
     pub(crate) fn cluster(&self) -> BTreeSet<u32> {
         let recent = self.recent.iter().flat_map(|(pair, _)| *pair);
         recent.filter(|&disk| disk != NONE).collect()

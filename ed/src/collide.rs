@@ -1,4 +1,5 @@
-//! Collisions of two disks.
+//! Collision of two disks at contact: post-collisional velocities and spins, dissipation by the
+//! chosen rule, counters, and the record for observers.
 
 use nalgebra::Vector2;
 use stosszahl_model::{
@@ -18,7 +19,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Changes velocities and spins of two disks at their contact, and records the collision.
+    /// Executes the collision of two disks: sets their velocities and spins, counts it, and passes
+    /// it to the recorder.
     #[inline(always)]
     pub(crate) fn collide(
         &mut self,
@@ -96,8 +98,8 @@ where
         Ok(())
     }
 
-    /// Adds the work of the flow through a contact, and the energy it dissipated, for a pair that
-    /// has collided, with the velocities before and the spins after.
+    /// Adds a collision to the energy balance of a shear flow: the work of the flow during contact
+    /// and the dissipated energy, from the velocities before and the spins after.
     fn enter_contact(
         &mut self,
         pair: &CollidingPair<Vector2<f64>, SpinOf<P>>,
@@ -118,7 +120,8 @@ where
         self.shear_work.dissipated += (lost(0) + lost(1)) * unit;
     }
 
-    /// Returns the contact at an engine time.
+    /// Returns a contact of `pair` at engine time `now` with the data that the detector of collapse
+    /// needs.
     #[inline(always)]
     pub(crate) fn latest(&self, pair: [u32; 2], now: f64) -> ContactInfo {
         ContactInfo {
@@ -131,9 +134,9 @@ where
         }
     }
 
-    /// Records a collision with its relative velocity before, line of centres and the momentum that
-    /// the first disk gained, in the engine's units. Never inlined: the loop over events keeps its
-    /// registers without an observer.
+    /// Passes a collision to the recorder, with relative velocity before, line of centres and
+    /// momentum gained by the first disk, all in engine units. Never inlined: the loop over events
+    /// keeps its registers without an observer.
     #[cold]
     #[inline(never)]
     fn record(
@@ -164,8 +167,8 @@ where
         });
     }
 
-    /// Returns the outcome of the normal law of a contact, in physical units; `None` if it is
-    /// elastic and smooth, also where the restitution is below one.
+    /// Returns the result of the collision law for a contact at the given approach speed, in
+    /// physical units; `None` if the contact is elastic and smooth, by the rule of dissipation.
     #[inline(always)]
     fn restitution(
         &mut self,
@@ -186,8 +189,8 @@ where
         }
     }
 
-    /// Returns true if the last contact of a disk is younger than the contact time; records the
-    /// current one.
+    /// Returns true if the last contact of a disk was less than the contact time of the TC model
+    /// ago; records the current contact.
     #[inline]
     pub(crate) fn touches_again(&mut self, who: u32, contact_time: f64) -> bool {
         let last = &mut self.last_contact[who as usize];
@@ -196,7 +199,8 @@ where
         recent
     }
 
-    /// Returns the disks of the last contacts, by their index in the state.
+    /// Returns the disks of the latest contacts, the cluster of a collapse, by their indices in the
+    /// state.
     pub(crate) fn cluster(&self) -> Vec<usize> {
         let name = |disk: u32| self.names[disk as usize] as usize;
         let mut cluster: Vec<usize> = self.progress.cluster().into_iter().map(name).collect();
@@ -204,7 +208,7 @@ where
         cluster
     }
 
-    /// Returns the latest contacts, by indices in the state.
+    /// Returns a summary of the latest contacts, with disks by their indices in the state.
     pub(crate) fn recent_contacts(&self) -> RecentContacts {
         let name = |disk: u32| self.names[disk as usize] as usize;
         let disks = |pair: [u32; 2]| pair.into_iter().filter(|&disk| disk != NONE).map(name);
@@ -224,7 +228,8 @@ where
         recent
     }
 
-    /// Stops at the time of the collapse, and returns the error.
+    /// Sets the clock to the time of the collapse, and returns the error of an inelastic collapse
+    /// at a contact of `pair`.
     #[cold]
     fn collapse(&mut self, pair: [u32; 2]) -> EventDrivenError {
         self.time = self.epoch + self.now / self.speed;

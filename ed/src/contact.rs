@@ -1,8 +1,9 @@
-//! Times at which two disks touch.
+//! Contact times of two disks in free flight: roots of a quadratic equation, for one pair or for
+//! many candidates of a disk.
 
 use nalgebra::Vector2;
 
-/// Returns the time until two disks in free flight touch, or `None` if they never do.
+/// Returns the time until two disks in free flight touch; `None` if they never do.
 ///
 /// With the separation r, the relative velocity g, b = r . g and c = r^2 - d^2, contact is at
 /// t = c/(-b + sqrt(b^2 - g^2 c)), the root that loses no digits at slow approach. Receding pairs
@@ -40,7 +41,8 @@ pub fn time_to_contact(
     (time < limit).then_some(time)
 }
 
-/// Possible partners of one disk that will touch it, if nothing happens to either.
+/// Buffer of collision candidates of one disk: other disks that will touch it, unless something
+/// happens before.
 ///
 /// Which candidate will touch is unpredictable, and a wrong prediction of the processor costs as
 /// much as the evaluation of two. So all candidates undergo the same operations without a branch.
@@ -57,7 +59,7 @@ struct Touching {
     c: f64,
     discriminant: f64,
     disk: u32,
-    /// Time until the next contact of `disk` itself.
+    /// Time from now until the next predicted contact of the candidate `disk` itself.
     until_its_own: f64,
 }
 
@@ -85,9 +87,9 @@ impl Candidates {
         }
     }
 
-    /// Adds a candidate if it will touch; true if there is no room for another. A contact later
-    /// than `until_its_own`, the time until the candidate's own next contact, does not count: the
-    /// candidate predicts anew then.
+    /// Adds a collision candidate if it will touch the disk; true if the buffer is full. A contact
+    /// later than `until_its_own`, the time until the candidate's own next contact, does not count:
+    /// the candidate predicts again then.
     #[inline(always)]
     pub(crate) fn add(
         &mut self,
@@ -109,9 +111,10 @@ impl Candidates {
         })
     }
 
-    /// Adds a candidate if it will touch, at a separation of any length. The discriminant
-    /// `(r.g)^2 - g^2 (r^2 - d^2)` is `g^2 d^2 - (r x g)^2`, in which nothing of the order of r^2
-    /// cancels. It is slower than [`Self::add`], and rounds differently.
+    /// Adds a collision candidate at any distance, as in wide cells, if it will touch the disk;
+    /// true if the buffer is full. The discriminant `(r.g)^2 - g^2 (r^2 - d^2)` is written as `g^2
+    /// d^2 - (r x g)^2`, in which nothing of the order of r^2 cancels. Slower than [`Self::add`],
+    /// and rounded differently.
     #[inline(always)]
     pub(crate) fn add_far(
         &mut self,
@@ -139,8 +142,8 @@ impl Candidates {
         self.count == Self::ROOM
     }
 
-    /// Returns the earliest contact before `limit` and its disk, the first added of simultaneous
-    /// ones, and removes all candidates.
+    /// Returns time and disk of the earliest contact before `limit` among the candidates, the first
+    /// added of simultaneous ones, and empties the buffer.
     ///
     /// Each time equals [`time_to_contact`], bit by bit. `slides` returns true for a disk that
     /// touches already, with its b = r . g, if its contact does not count.
@@ -164,8 +167,8 @@ impl Candidates {
         found
     }
 
-    /// Returns all candidates and their contact times, also if the candidate has an earlier contact
-    /// of its own, and removes them.
+    /// Returns contact time and number of all candidates, also of those with an earlier contact of
+    /// their own, and empties the buffer.
     pub(crate) fn all_candidates(
         &mut self,
         slides: impl Fn(u32, f64) -> bool,

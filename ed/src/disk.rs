@@ -1,4 +1,5 @@
-//! Disks in their cells: positions, and next events.
+//! Disks in their cell lists: flight, cell crossings, line of centres, and the search for the next
+//! contact of a disk in the cells around it.
 
 use std::hint::select_unpredictable;
 use std::iter;
@@ -17,25 +18,26 @@ use crate::prefetch_plan::PrefetchPlan;
 use crate::record::{DiskRecord, FIRST, VOID};
 use crate::sliding_rows::SlidingRows;
 
-/// Disks of a gas, and the cell lists that hold them.
+/// All disks of a gas with their law of flight, and the cell lists in which they are found.
 pub(crate) struct DiskSystem<F> {
     pub(crate) all: Vec<DiskRecord>,
-    /// Law of motion between events: straight, under gravity, or in a shear flow.
+    /// Law of free flight of disks: straight, under gravity, or in a shear flow.
     pub(crate) motion: FlightMotion<F>,
     pub(crate) cells: CellLists,
-    /// Sliding of the rows of cells, in a shear flow.
+    /// Rows of cells that slide over each other with a shear flow.
     pub(crate) rows: SlidingRows,
-    /// Coarser grids, if sizes differ much; `None` in a shear flow.
+    /// Hierarchy of coarser grids for larger disks, if sizes differ much; `None` in a shear flow.
     pub(crate) levels: Option<GridHierarchy>,
-    /// Number of times that a collision count of a disk has started again.
+    /// Number of times that the collision count of some disk overflowed and restarted.
     pub(crate) recounts: u64,
 }
 
-/// Number of disks that fit into a usual second-level cache, at a cache line each.
+/// Number of disk records that fit into a usual second-level cache, one cache line each.
 const NEAR: usize = 20_000;
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Creates the collection of disks that are in a grid already.
+    /// Creates the system of disks from their records and from cell lists that already contain
+    /// them.
     pub(crate) fn from_grid(
         all: Vec<DiskRecord>,
         motion: FlightMotion<F>,
@@ -56,7 +58,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         self.all[who as usize].home
     }
 
-    /// Returns the grid that a disk is listed in, and the index of its list there.
+    /// Returns the grid of the hierarchy whose cell lists contain a disk, and the memory index of
+    /// the disk's cell there.
     #[inline(always)]
     fn listed(&mut self, who: u32) -> (&mut CellLists, usize) {
         let home = self.home(who);
@@ -93,8 +96,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         self.all[before as usize].next = next;
     }
 
-    /// Moves a disk into the next cell along an axis at the given time; returns whether it went
-    /// forward, and across the boundary of the box.
+    /// Moves a disk into the next cell along `axis` at engine time `now`. Returns whether it went
+    /// forward, and whether it crossed the boundary of the box.
     #[inline(always)]
     pub(crate) fn cross(&mut self, who: u32, axis: usize, now: f64) -> (bool, bool) {
         self.leave(who);
@@ -116,13 +119,14 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (forward, around)
     }
 
-    /// Returns the position relative to the corner of the cell at a time.
+    /// Returns the position of a disk at an engine time, relative to the corner of its cell
+    /// \[length\].
     #[inline]
     fn position_at(&self, who: u32, time: f64) -> Vector2<f64> {
         self.motion.position_at(&self.all[who as usize], time)
     }
 
-    /// Returns the velocity at a time; in a shear flow, relative to it.
+    /// Returns the velocity of a disk at an engine time; in a shear flow, the peculiar velocity.
     #[inline]
     pub(crate) fn velocity(&self, who: u32, time: f64) -> Vector2<f64> {
         let disk = &self.all[who as usize];
@@ -133,8 +137,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         velocity
     }
 
-    /// Work of the flow on a disk of mass one, by the stress of its flight from its clock to a
-    /// time: the integral of `-a c_x c_y` over time, with its velocity c relative to the flow.
+    /// Returns the work of the shear flow on a disk of mass one during its flight from its clock to
+    /// `time`: the integral of `-a c_x c_y`, with shear rate a and peculiar velocity c.
     #[inline(always)]
     pub(crate) fn work_of_flight(&self, who: u32, time: f64) -> f64 {
         let disk = &self.all[who as usize];
@@ -144,14 +148,14 @@ impl<F: Field<Plane>> DiskSystem<F> {
         -rate * (along - 0.5 * rate * across * flight) * across * flight
     }
 
-    /// Moves a disk freely up to an engine time.
+    /// Moves a disk along its free flight to an engine time.
     #[inline(always)]
     pub(crate) fn advance(&mut self, who: u32, time: f64) {
         self.motion.advance(&mut self.all[who as usize], time);
     }
 
-    /// Advances a disk to a contact, and counts it. No later contact is then known that others
-    /// could leave to it.
+    /// Moves a disk to its contact at an engine time, raises its collision count, and erases its
+    /// predicted contact.
     #[inline(always)]
     pub(crate) fn meet(&mut self, who: u32, time: f64) {
         let disk = &mut self.all[who as usize];
@@ -163,8 +167,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Restarts the collision count of a disk: contacts with it that were predicted at some count
-    /// must not be mistaken for contacts predicted when the same count comes up again.
+    /// Restarts the overflowed collision count of a disk, and voids contacts predicted with it at
+    /// the old counts.
     #[cold]
     fn count_again(&mut self, who: u32) {
         self.recounts += 1;
@@ -176,7 +180,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Returns the position in the plane at the given time, modulo the sides of the box.
+    /// Returns the position of a disk in the box at an engine time \[length\]; it may lie a little
+    /// outside, modulo the sides of the box.
     pub(crate) fn wrapped_position(&self, who: u32, time: f64) -> Vector2<f64> {
         let mut place = self.cells.corner(self.home(who)) + self.position_at(who, time);
         if F::SHEARED {
@@ -185,9 +190,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         place
     }
 
-    /// Returns the line of centres of two touching disks that are up to date, from the second to
-    /// the first, and the difference of the velocities of their rows along the flow, first less
-    /// second. If two images touch, as in a narrow box, the approached image counts.
+    /// Returns the line of centres of two touching disks at the same clock, from `second` to
+    /// `first` \[length\], and the velocity of the first's sliding row less that of the second's.
+    /// If two periodic images touch, the one that approaches counts.
     #[inline(always)]
     pub(crate) fn line(&self, first: u32, second: u32, distance: f64) -> (Vector2<f64>, f64) {
         let (one, other) = (&self.all[first as usize], &self.all[second as usize]);
@@ -210,14 +215,14 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (line, 0.0)
     }
 
-    /// Returns true if disks are listed in several grids, by their sizes.
+    /// Returns true if disks are listed in a hierarchy of several grids, by their sizes.
     #[inline]
     pub(crate) fn hierarchical(&self) -> bool {
         self.levels.is_some()
     }
 
-    /// Returns true if two touching disks slide along each other: they approach no faster than the
-    /// direction of their separation is rounded. `b` is r . g of their separation and relative
+    /// Returns true if two touching disks slide along each other: their normal approach is slower
+    /// than rounding of the line of centres allows to tell. `b` is r . g of separation and relative
     /// velocity.
     #[cold]
     fn is_sliding(&self, first: u32, second: u32, b: f64, distance: f64) -> bool {
@@ -227,7 +232,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         -b <= 8.0 * f64::EPSILON * distance * speed
     }
 
-    /// Returns [`Self::is_sliding`] as a function of the candidates of one disk.
+    /// Returns the test [`Self::is_sliding`] as a function of a candidate of the disk `who` and its
+    /// b = r . g.
     #[inline(always)]
     pub(crate) fn slides<S: Sizes>(
         &self,
@@ -241,8 +247,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Opens the lists of the nine cells around one: columns and rows are numbered 0 before, 1
-    /// same, 2 after, and cells by four times the row and the column.
+    /// Opens the linked lists of the nine cells around the cell `home`. A cell's number is 4 row +
+    /// column, each 0 for the one before, 1 for its own, 2 for the next.
     #[inline(always)]
     pub(crate) fn open(&self, home: CellCoordinates, time: f64) -> CellListWalk {
         let mut lists = CellListWalk::new();
@@ -260,13 +266,14 @@ impl<F: Field<Plane>> DiskSystem<F> {
         lists
     }
 
-    /// Returns the disks in the nine cells around one, and itself.
+    /// Returns all disks in the 3 by 3 cells around a disk, the disk included, with their numbers.
     pub(crate) fn disks_around(&self, who: u32) -> impl Iterator<Item = (u32, &DiskRecord)> {
         let mut lists = self.open(self.home(who), 0.0);
         iter::from_fn(move || lists.next(&self.all)).map(|(number, _, disk)| (number, disk))
     }
 
-    /// Opens the lists of the three cells that are one step along an axis, forward or backward.
+    /// Opens the linked lists of the three cells that come into reach when a disk has entered
+    /// `home` along an axis: those one step further, forward or backward.
     #[inline(always)]
     fn open_beyond(
         &self,
@@ -288,8 +295,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         lists
     }
 
-    /// Returns the position of a disk relative to the corners of the columns and rows around its
-    /// own.
+    /// Returns the position of a disk in its cell, relative to the corners of the columns and of
+    /// the rows around: for each axis before, own, after, and unused.
     #[inline(always)]
     fn relative_positions(&self, position: Vector2<f64>) -> [[f64; 4]; 2] {
         let width = self.cells.width();
@@ -299,9 +306,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         })
     }
 
-    /// Searches the cells around a disk, which is up to date, for an earlier contact than the
-    /// predicted one; `beyond` limits the search to the three cells ahead along an axis, forward or
-    /// backward. Returns the number of candidates tested.
+    /// Searches the cells around a disk, which must be advanced to the current time, for an earlier
+    /// contact than the one predicted for it; with `beyond`, only the three cells ahead along an
+    /// axis. Returns the number of candidates tested.
     #[inline(always)]
     pub(crate) fn search<S: Sizes>(
         &mut self,
@@ -332,8 +339,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         predictions
     }
 
-    /// Searches wide cells around a disk for an earlier contact than the predicted one. Returns the
-    /// number of candidates tested.
+    /// Searches the wide cells of a dilute gas around a disk for an earlier contact than the one
+    /// predicted for it. Returns the number of candidates tested.
     #[cold]
     #[inline(never)]
     fn search_far<S: Sizes>(
@@ -350,8 +357,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         predictions
     }
 
-    /// Records a predicted contact of the disk `who`, if one was found: the wait from the disk's
-    /// own clock to the contact in engine time, and the number of the partner.
+    /// Stores the contact found for the disk `who`, if any: `found` holds the wait from the disk's
+    /// clock \[engine time\] and the partner.
     #[inline(always)]
     pub(crate) fn expect_first(&mut self, who: u32, found: Option<(f64, u32)>) {
         if let Some((wait, partner)) = found {
@@ -361,8 +368,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Records the next predicted contact of the disk `who`: its engine time and the number of the
-    /// partner. A number beyond all disks means no partner.
+    /// Stores the next predicted contact of the disk `who`: its engine time and its partner. A
+    /// partner beyond all disks is a wall, an obstacle or none.
     #[inline(always)]
     pub(crate) fn expect_contact(&mut self, who: u32, contact: f64, partner: u32) {
         let known = (partner as usize) < self.all.len();
@@ -374,8 +381,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         disk.partner_count = select_unpredictable(known, count, VOID);
     }
 
-    /// Returns the earliest contact with disks of the finest grid, and the number of candidates
-    /// tested. `FAR` is true for wide cells.
+    /// Returns the earliest contact of a disk, if before its predicted one, with disks of the
+    /// finest grid, as wait and partner, and the number of candidates tested. `FAR` is true for
+    /// wide cells.
     #[inline(always)]
     fn search_cells<S: Sizes, const FAR: bool>(
         &self,
@@ -393,8 +401,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         self.earliest::<S, FAR>(lists, candidates, who, sizes, tags)
     }
 
-    /// Returns the earliest contact of a disk in all grids before the predicted one, and the number
-    /// of candidates tested. Pairs of smallest disks are left to [`Self::search_cells`].
+    /// Returns the earliest contact of a disk, if before its predicted one, with disks in all grids
+    /// of the hierarchy, as wait and partner, and the number of candidates tested. Pairs of two
+    /// disks of the finest level are left to [`Self::search_cells`].
     fn search_levels<S: Sizes>(
         &self,
         candidates: &mut Candidates,
@@ -423,8 +432,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (best, predictions)
     }
 
-    /// Calls `visit` with each disk near the disk `who` at a time, and with the separation of `who`
-    /// from it. If `who` is a smallest disk, other smallest disks are visited only on request.
+    /// Calls `visit` for each disk near the disk `who` in any grid of the hierarchy, with the
+    /// separation from that disk to `who`. If `who` is of the finest level, others of that level
+    /// are visited only if `smallest`.
     fn around_levels(
         &self,
         who: u32,
@@ -455,8 +465,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         levels.ring(&self.cells, home, level, radius, &mut look);
     }
 
-    /// Returns the earliest contact with the disks of open lists, if it is before the predicted
-    /// one, and the number of candidates tested.
+    /// Returns the earliest contact of a disk with the disks of open cell lists, if before its
+    /// predicted one, and the number of candidates tested.
     #[inline(always)]
     pub(crate) fn earliest<S: Sizes, const FAR: bool>(
         &self,
@@ -479,9 +489,10 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (best, looked)
     }
 
-    /// Innermost loop: adds candidates from the disks of open lists, and evaluates them when there
-    /// is no room for more, and at the end. Returns the number of candidates. The disk itself is a
-    /// candidate, but without relative motion it has no contact. `FAR` is true for wide cells.
+    /// Tests all disks of open cell lists as candidates of the disk `who`; `spend` evaluates the
+    /// buffer whenever it is full, and at the end. Innermost loop of the engine. Returns the number
+    /// of candidates tested. The disk itself is a candidate too, but never touches itself. `FAR` is
+    /// true for wide cells.
     #[inline(always)]
     pub(crate) fn gather<S: Sizes, const FAR: bool>(
         &self,
@@ -502,8 +513,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Gathers candidates from the disks of open lists, with positions and velocities in the frames
-    /// of the cells around the disk. Returns their number.
+    /// Tests all disks of open cell lists as candidates of the disk `who`, with positions and
+    /// velocities in the `frames` of the cells. Returns the number of candidates tested.
     #[expect(clippy::too_many_arguments, reason = "two callers, a few lines above")]
     #[inline(always)]
     fn gather_in<S: Sizes, const FAR: bool>(
@@ -547,8 +558,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Deepest overlap of a disk of the given radius with another disk at a time \[length\]; 0
-    /// without overlap.
+    /// Returns the deepest overlap of a disk with any other disk at an engine time \[length\]; 0
+    /// without overlap. `distance` gives the contact distance to a disk.
     pub(crate) fn overlap(
         &self,
         who: u32,
@@ -576,8 +587,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Deepest overlap of a disk with the disks of open lists, with positions in the frames of the
-    /// cells around it \[length\]; 0 without overlap.
+    /// Returns the deepest overlap of a disk with the disks of open cell lists \[length\], with
+    /// positions in the `frames` of the cells; 0 without overlap.
     fn overlap_in(
         &self,
         frames: &impl CellFrames,
@@ -596,7 +607,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         worst
     }
 
-    /// Memory of disks and cell lists \[bytes\].
+    /// Returns the memory that disks and cell lists occupy \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         self.all.capacity() * size_of::<DiskRecord>()
             + self.cells.memory_bytes()

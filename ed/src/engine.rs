@@ -1,4 +1,5 @@
-//! The engine: disks, their events, and the loop over them.
+//! Event-driven engine: its state, its start from a gas or checkpoint, restarts of its epoch, and
+//! read access to the gas.
 
 use std::sync::Arc;
 
@@ -23,31 +24,32 @@ use crate::start::{ROUNDING, check_boundaries, check_checkpoint, check_overlaps}
 use crate::strip_log::StripLog;
 use crate::surroundings::{BoundaryGeometry, DiskBoundaries, EngineUnits};
 
-/// Collisions per disk after which an engine restarts its epoch: time is then measured from a near
-/// epoch again, and the disks, which diffuse, are sorted in memory.
+/// Collisions per disk after which an engine restarts: times are then counted from a new epoch, and
+/// the disks, which diffuse, are sorted in memory again.
 const REFRESH: u64 = 20;
 
-/// Fewest collisions after which a fresh start pays.
+/// Least number of collisions between two restarts of an engine: fewer do not pay.
 const LEAST_REFRESH: u64 = 100_000;
 
-/// Diameters flown by a typical disk after which a fresh start is due in a dilute gas: engine times
-/// are rounded to 1e-16 of themselves, so positions to 1e-12 diameters.
+/// Flight of a typical disk, in diameters, after which an engine restarts in a dilute gas: engine
+/// times are rounded to 1e-16 of themselves, so positions to 1e-12 diameters.
 const HORIZON: f64 = 4096.0;
 
-/// Cells flown through by a typical disk after which a fresh start is due in a very dilute gas,
-/// where cells are wide: positions are rounded to 4e-15 cells.
+/// Flight of a typical disk, in widths of cells, after which an engine restarts in a very dilute
+/// gas with wide cells: positions are rounded to 4e-15 cells.
 const HORIZON_CELLS: f64 = 16.0;
 
-/// Order of the disks in a checkpoint.
+/// Order in which disks are written to a state or checkpoint.
 #[derive(Clone, Copy)]
 enum Order {
-    /// Order of the disks in the start of the run.
+    /// Order of the disks in the start of the run, which users see.
     State,
-    /// Approximate order of the cells.
+    /// Order of the disks in the engine's memory, roughly sorted by cells.
     Memory,
 }
 
-/// Event-driven dynamics of disks in a box: periodic, or between walls and around obstacles.
+/// Engine of the event-driven dynamics of disks in a box: periodic, or between walls and around
+/// obstacles.
 ///
 /// An engine lives for one leg of a run, a number of collisions: [`EventDrivenEngine::checkpoint`]
 /// and a new engine start the next leg with a fresh epoch and the disks sorted in memory. As the
@@ -60,52 +62,58 @@ pub struct EventDrivenEngine<P: ParticleModel, Q: Calendar = Buckets> {
     pub(crate) domain: Domain<Plane>,
     pub(crate) disks: DiskSystem<P::Field>,
     pub(crate) tags: Vec<<P::Sizes as Sizes>::Tag>,
-    /// Angular velocities in the engine's own unit, by disk; empty for smooth disks.
+    /// Angular velocity of each disk, in engine units; empty for smooth disks.
     pub(crate) spins: Vec<SpinOf<P>>,
-    /// Index in the state of each disk; disks are stored in cell order.
+    /// Index in the state of each disk of the engine; the engine stores disks sorted by cells.
     pub(crate) names: Vec<u32>,
     pub(crate) last_contact: Vec<f64>,
-    /// Walls and obstacles, shared by the strips of a gas.
+    /// Walls and obstacles of the box, shared by the strips of a decomposed gas.
     pub(crate) surroundings: Arc<BoundaryGeometry>,
-    /// Ledgers by face, then by obstacle; empty without walls and obstacles.
+    /// Momentum and energy given to the gas by each face of the box, then by each obstacle; empty
+    /// without walls and obstacles.
     pub(crate) ledgers: Vec<WallLedger<P::Space>>,
-    /// Box crossings along each axis, by disk; empty unless requested.
+    /// Image flags of each disk, its signed numbers of box crossings along each axis; empty unless
+    /// requested.
     pub(crate) image_flags: Vec<ImageFlags>,
     pub(crate) calendar: Q,
-    /// True if the calendar holds the events of all disks; otherwise they are filed before the next
-    /// event.
+    /// True if the event calendar holds the events of all disks; otherwise it is filled before the
+    /// next event.
     pub(crate) knows_events: bool,
     pub(crate) candidates: Candidates,
-    /// Unit of the engine's own speeds, a power of two, so that changing units rounds nothing and
-    /// squares of speeds neither overflow nor underflow.
+    /// Engine unit of speed, a power of two near the largest speed: changing units rounds nothing,
+    /// and squares of speeds neither overflow nor underflow.
     pub(crate) speed: f64,
-    /// Absolute time at which the engine time is zero.
+    /// Absolute time at which the engine time is zero \[time\].
     pub(crate) epoch: f64,
-    /// Current engine time: absolute time since `epoch`, times `speed`.
+    /// Current engine time: absolute time since `epoch`, times the unit of speed.
     pub(crate) now: f64,
-    /// Absolute time; exactly the requested one when it was reached \[time\].
+    /// Absolute time of the gas \[time\]; exactly the requested one once it is reached.
     pub(crate) time: f64,
     pub(crate) tally: EventCounters,
-    /// Energy balance so far, in absolute units; zero without a shear flow.
+    /// Energy balance of a shear flow so far: work, dissipation and supplied energy, in the units
+    /// of the state; zero without a shear flow.
     pub(crate) shear_work: ShearWork,
-    /// Number of events that came up although their disk had collided meanwhile; most of these are
-    /// dropped before.
+    /// Number of stale calendar entries that came up as events: their disk had collided before.
+    /// Most stale entries are dropped earlier.
     pub(crate) stale: u64,
     /// Number of contacts of each disk with walls and obstacles, which address the random numbers
     /// of rebounds; empty without any.
     pub(crate) rebounds: Vec<u32>,
-    /// Number of collisions at which a fresh start is due.
+    /// Number of collisions of the run at which the engine restarts next.
     pub(crate) refresh: u64,
-    /// Engine time at which the epoch is moved and disks are sorted anew.
+    /// Engine time at which the engine restarts at the latest: the epoch moves, and disks are
+    /// sorted again.
     pub(crate) horizon: f64,
     pub(crate) progress: CollapseDetector,
-    /// Engine time in which a typical disk moves by its diameter, since the last fresh start.
+    /// Engine time in which a typical disk moves by its diameter, as of the last restart of the
+    /// engine.
     pub(crate) unit: f64,
-    /// Interruption of an advance.
+    /// State of the interrupt that can break off an advance.
     pub(crate) stop: Interruption,
-    /// True if all threads of the current pool take part in fresh starts.
+    /// True if all threads of the current pool take part in restarts of the engine.
     pub(crate) parallel: bool,
-    /// Log of events, if this is a strip of another gas.
+    /// Log of the events of the current time window, if this engine simulates one strip of a
+    /// decomposed gas.
     pub(crate) window: Option<Box<StripLog<P>>>,
 }
 
@@ -114,7 +122,7 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Starts in a periodic box from a state, or resumes from a checkpoint.
+    /// Creates an engine for a periodic box, from the state of a gas or from a checkpoint.
     ///
     /// # Errors
     /// [`EventDrivenError`] if the state has numbers that no engine can work with, or disks of a
@@ -127,7 +135,8 @@ where
         Self::between(scene, dissipation, start, &DiskBoundaries::periodic())
     }
 
-    /// Starts between walls and around obstacles.
+    /// Creates an engine for a box with walls and obstacles, from the state of a gas or from a
+    /// checkpoint.
     ///
     /// # Errors
     /// As [`EventDrivenEngine::new`]; and if the boundaries do not fit the box, or a disk overlaps
@@ -158,7 +167,7 @@ where
         Ok(engine)
     }
 
-    /// Refuses disks that overlap by more than a depth \[length\].
+    /// Checks that no two disks overlap by more than `most` \[length\]; an error otherwise.
     fn check_pairs(&self, most: f64) -> Result<(), EventDrivenError> {
         let disks = self.names.len() as u32;
         let depth = |who: u32| {
@@ -186,8 +195,8 @@ where
         })
     }
 
-    /// Starts from a valid checkpoint, whose disks may be in another order than the particles of
-    /// the scene: `which` gives the index in the scene of each disk.
+    /// Creates an engine from a valid checkpoint, whose disks may be in another order than the
+    /// particles of the model: `which` gives the index in the model of each disk.
     pub(crate) fn from_checkpoint(
         scene: P,
         dissipation: DissipationRule,
@@ -211,7 +220,7 @@ where
         let pull = scene.field().acceleration().norm();
         let slip = scene.field().shear_rate().abs() * diameter;
         let speed = unit_of_speed(&state, (pull * diameter).sqrt().max(slip));
-        let shear_work = begun(shear_work, &scene, which, &state);
+        let shear_work = begin_balance(shear_work, &scene, which, &state);
         let sizes = scene.sizes();
         let name = |index: usize| which.map_or(index as u32, |which| which[index]);
         let body = |index: usize| {
@@ -239,7 +248,7 @@ where
         } else {
             ledgers
         };
-        let counts = bounded.then(|| counted(&rebounds, &order));
+        let counts = bounded.then(|| counts_by_disk(&rebounds, &order));
         let ages = |&index: &u32| match last_contact.get(index as usize) {
             Some(last) => (last - state.time) * speed,
             None => f64::NEG_INFINITY,
@@ -250,9 +259,10 @@ where
         };
         let image_flags = image_flags::follow(&state, &image_flags, &order)?;
         let unit = typical_time(&disks, diameter, pull / speed / speed);
-        let horizon = horizon(unit, disks.cells.width().max() / diameter);
+        let horizon = restart_horizon(unit, disks.cells.width().max() / diameter);
         let spins = if P::Surface::ROUGH {
-            let spin = |&index: &u32| scaled::<P>(state.bodies[index as usize].spin, 1.0 / speed);
+            let spin =
+                |&index: &u32| converted_spin::<P>(state.bodies[index as usize].spin, 1.0 / speed);
             order.iter().map(spin).collect()
         } else {
             Vec::new()
@@ -298,19 +308,21 @@ where
         Ok(engine)
     }
 
-    /// Sets an interrupt that breaks an advance off, after some hundred events.
+    /// Sets an interrupt that breaks off an advance of the engine, after at most some hundred
+    /// events.
     pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    /// Returns true if an advance was interrupted. The state then belongs to some time within the
-    /// advance, and the engine advances no further. To get the bytes of a run without an interrupt,
-    /// resume from the checkpoint before the advance.
+    /// Returns true if an advance was interrupted. The gas is then at some time within the advance,
+    /// and the engine advances no further. To get the bytes of a run without interrupt, resume from
+    /// the checkpoint before that advance.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
 
-    /// Restarts the engine from the current checkpoint, as a new engine would.
+    /// Restarts the engine from its current checkpoint, with engine time zero now and disks sorted
+    /// in memory.
     pub(crate) fn rebase_epoch(&mut self, until: f64) -> Result<(), EventDrivenError> {
         self.time = self.present(until);
         let (cells, disks) = (self.disks.cells.places(), self.disks.all.len());
@@ -344,12 +356,13 @@ where
         Ok(())
     }
 
-    /// Absolute time; not beyond the requested one by rounding \[time\].
+    /// Returns the absolute time of the last event \[time\], limited to `until`, which rounding
+    /// could exceed.
     pub(crate) fn present(&self, until: f64) -> f64 {
         (self.epoch + self.now / self.speed).min(until.max(self.time))
     }
 
-    /// Returns the box at the current time: in a shear flow, its images slide.
+    /// Returns the box at the current time; in a shear flow its periodic images slide.
     pub(crate) fn domain_now(&self) -> Domain<Plane> {
         let mut domain = self.domain;
         domain.advance(self.now / self.speed);
@@ -366,15 +379,16 @@ where
         })
     }
 
-    /// Work of the flow on a disk since its clock, in absolute units \[energy\].
+    /// Returns the work of the shear flow on a disk in its flight since its clock, in the units of
+    /// the state \[energy\].
     #[inline(always)]
     fn work_of_flight(&self, who: u32) -> f64 {
         let mass = self.scene.sizes().mass(self.tags[who as usize]);
         mass * self.disks.work_of_flight(who, self.now) * (self.speed * self.speed)
     }
 
-    /// Adds the work of the flow on a disk since its clock to the balance, before the disk is
-    /// advanced.
+    /// Adds the work of the shear flow on a disk in its flight since its clock to the energy
+    /// balance; called before the disk is moved.
     #[inline(always)]
     pub(crate) fn enter_flight(&mut self, who: u32) {
         if P::Field::SHEARED {
@@ -382,7 +396,7 @@ where
         }
     }
 
-    /// Returns the gas at the current time.
+    /// Returns the state of the gas at the current time: box, positions, velocities and spins.
     pub fn state(&self) -> State<P> {
         self.state_in(Order::State)
     }
@@ -394,7 +408,7 @@ where
             let position = self.disks.wrapped_position(disk as u32, self.now);
             let velocity = self.disks.velocity(disk as u32, self.now) * self.speed;
             let mut body = ParticleState::new(domain.wrap(position), velocity);
-            body.spin = scaled::<P>(self.spin(disk as u32), self.speed);
+            body.spin = converted_spin::<P>(self.spin(disk as u32), self.speed);
             body
         };
         State {
@@ -404,7 +418,8 @@ where
         }
     }
 
-    /// Returns a value for each disk, or for none, in an order.
+    /// Returns the values `of(disk)` of the first `count` disks as a list in the given order;
+    /// `nothing` is a placeholder.
     fn of_each<T: Clone + Send>(
         &self,
         count: usize,
@@ -425,20 +440,20 @@ where
         all
     }
 
-    /// Returns the gas at the current time, and consumes the engine: takes less memory than
-    /// [`EventDrivenEngine::state`].
+    /// Returns the state of the gas at the current time and consumes the engine, which takes less
+    /// memory than [`EventDrivenEngine::state`].
     pub fn into_state(mut self) -> State<P> {
         self.forget_events();
         self.state()
     }
 
-    /// Frees the calendar, before other data need memory.
+    /// Empties the event calendar and frees its memory, before other data need it.
     pub(crate) fn forget_events(&mut self) {
         self.calendar = Q::new(&NoEvents, 0.0);
         self.knows_events = false;
     }
 
-    /// Files the events of all disks, unless the calendar holds them.
+    /// Fills the event calendar with the events of all disks, unless it already holds them.
     pub(crate) fn recall_events(&mut self) {
         if self.knows_events {
             return;
@@ -450,7 +465,7 @@ where
         }
     }
 
-    /// Returns all data from which the run resumes.
+    /// Returns a checkpoint of the current gas, from which a run resumes to the same bytes.
     pub fn checkpoint(&self) -> EventDrivenCheckpoint<P> {
         self.checkpoint_in(Order::State)
     }
@@ -485,7 +500,7 @@ where
         &self.ledgers
     }
 
-    /// Returns the walls and obstacles of the box.
+    /// Returns the walls and obstacles of the box, and the random streams of diffuse walls.
     pub fn boundaries(&self) -> &DiskBoundaries {
         &self.surroundings.boundaries
     }
@@ -495,19 +510,20 @@ where
         self.tally
     }
 
-    /// Number of events that came up although their disk had collided meanwhile; most of these are
-    /// dropped before. The number depends on the calendar, not on the gas.
+    /// Returns the number of stale calendar entries that came up as events: their disk had collided
+    /// before. It depends on the calendar, not on the gas.
     pub fn stale(&self) -> u64 {
         self.stale
     }
 
-    /// Absolute time of the gas \[time\].
+    /// Returns the absolute time of the gas \[time\].
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Deepest overlap of any two disks, or of one with a wall or an obstacle, at the current time
-    /// \[length\]; 0 if none overlap. An audit, with the cost of one prediction for all disks.
+    /// Returns the deepest overlap of two disks, or of a disk with a wall or obstacle, at the
+    /// current time \[length\]; 0 if none overlap. It costs about as much as predicting the events
+    /// of all disks.
     pub fn worst_overlap(&self) -> f64 {
         let mut worst = 0.0_f64;
         for who in 0..self.names.len() as u32 {
@@ -525,7 +541,7 @@ where
         worst
     }
 
-    /// Memory of the engine \[bytes\].
+    /// Returns the memory that the engine occupies \[bytes\].
     pub fn memory_bytes(&self) -> usize {
         self.disks.memory_bytes()
             + self.calendar.memory_bytes()
@@ -537,7 +553,7 @@ where
             + self.tags.capacity() * size_of::<<P::Sizes as Sizes>::Tag>()
     }
 
-    /// Returns the angular velocity of a disk in the engine's own unit.
+    /// Returns the angular velocity of a disk in engine units; zero for smooth disks.
     #[inline(always)]
     pub(crate) fn spin(&self, who: u32) -> SpinOf<P> {
         if P::Surface::ROUGH {
@@ -554,8 +570,9 @@ where
     }
 }
 
-/// Returns the balance of a shear flow, which begins with the energy of the start.
-fn begun<P: ParticleModel<Space = Plane>>(
+/// Returns the energy balance of a shear flow at the start of an engine: the energy of the gas
+/// counts as supplied, unless the balance has begun before.
+fn begin_balance<P: ParticleModel<Space = Plane>>(
     mut work: ShearWork,
     scene: &P,
     which: Option<&[u32]>,
@@ -567,8 +584,8 @@ fn begun<P: ParticleModel<Space = Plane>>(
     work
 }
 
-/// Energy of the motion and the spin of all disks, which may be in another order than the scene's
-/// \[energy\].
+/// Returns the kinetic energy of all disks, translation and rotation \[energy\]; `which` gives the
+/// index in the model of each disk.
 fn energy_of<P: ParticleModel<Space = Plane>>(
     scene: &P,
     which: Option<&[u32]>,
@@ -584,7 +601,8 @@ fn energy_of<P: ParticleModel<Space = Plane>>(
     state.bodies.iter().enumerate().map(energy).sum()
 }
 
-/// Returns a power of two near the speed of the fastest disk, or near one that disks will have.
+/// Returns the engine unit of speed: a power of two near the largest speed component of the disks,
+/// or near the speed `to_come` that they will reach.
 fn unit_of_speed<P: ParticleModel<Space = Plane>>(state: &State<P>, to_come: f64) -> f64 {
     let fastest = (state.bodies.iter())
         .map(|body| body.velocity.amax())
@@ -604,7 +622,8 @@ fn grid_options<P: ParticleModel>(boundaries: &DiskBoundaries, shared: bool) -> 
     }
 }
 
-/// Engine time in which a typical disk flies, or falls, by its diameter; zero if none moves.
+/// Returns the engine time in which a typical disk flies, or falls, by its diameter; zero if none
+/// moves.
 fn typical_time<F: Field<Plane>>(disks: &DiskSystem<F>, diameter: f64, pull: f64) -> f64 {
     let squares = disks.all.iter().map(|disk| disk.velocity.norm_squared());
     let mean = squares.sum::<f64>() / disks.all.len().max(1) as f64;
@@ -612,9 +631,9 @@ fn typical_time<F: Field<Plane>>(disks: &DiskSystem<F>, diameter: f64, pull: f64
     if unit.is_finite() { unit } else { 0.0 }
 }
 
-/// Engine time at which a fresh start is due: infinite, if no disk moves. `cell` is the width of a
-/// cell in diameters.
-fn horizon(unit: f64, cell: f64) -> f64 {
+/// Returns the engine time at which an engine restarts at the latest; infinite if no disk moves.
+/// `cell` is the width of a cell in diameters.
+fn restart_horizon(unit: f64, cell: f64) -> f64 {
     if unit > 0.0 {
         HORIZON.max(HORIZON_CELLS * cell) * unit
     } else {
@@ -622,18 +641,19 @@ fn horizon(unit: f64, cell: f64) -> f64 {
     }
 }
 
-/// Returns the counts of a start by disk; zeros if the start has none.
-fn counted(counts: &[u32], names: &[u32]) -> Vec<u32> {
+/// Returns the counts of contacts with walls in the engine's order of disks, from those in the
+/// order of the state; zeros if there are none.
+fn counts_by_disk(counts: &[u32], names: &[u32]) -> Vec<u32> {
     let count = |&name: &u32| counts.get(name as usize).copied().unwrap_or(0);
     names.iter().map(count).collect()
 }
 
-/// Converts a spin to another unit.
-fn scaled<P: ParticleModel<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
+/// Returns an angular velocity converted to another unit, by a factor.
+fn converted_spin<P: ParticleModel<Space = Plane>>(spin: SpinOf<P>, factor: f64) -> SpinOf<P> {
     <P::Surface as Surface<Plane>>::scale_spin(spin, factor)
 }
 
-/// Placeholder for the events of disks while there are no predictions.
+/// Source of event times without any disk: an empty calendar is made from it.
 struct NoEvents;
 
 impl EventTimes for NoEvents {

@@ -1,4 +1,5 @@
-//! Errors of the engine.
+//! Errors of the event-driven engine: invalid starts, inelastic collapse, and gases without
+//! collisions.
 
 use std::fmt;
 
@@ -7,190 +8,194 @@ use stosszahl_model::{InvalidValue, MessageUnits, format_short};
 
 use crate::surroundings::FACES;
 
-/// Name of a position in [`EventDrivenError::BadNumber`].
+/// Name of the position as the invalid quantity in [`EventDrivenError::BadNumber`].
 pub(crate) const POSITION: &str = "position";
 
-/// Reason why the engine could not start or continue.
+/// Error of the event-driven engine: why it could not start or continue.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EventDrivenError {
-    /// Uniform shear flow in a program compiled without it.
+    /// A uniform shear flow is requested, but the program was compiled without the feature `shear`.
     #[error(
         "this program has no uniform shear flow; it was compiled without the feature \"shear\""
     )]
     NoShear,
-    /// Rough disks in a program compiled without them.
+    /// Rough disks are requested, but the program was compiled without the feature `rough`.
     #[error("this program has no disks that spin; it was compiled without the feature \"rough\"")]
     NoRough,
-    /// The box is narrower than a disk.
+    /// The box is narrower than the largest disk.
     #[error("a disk of diameter {diameter} meets its own image in a box of {} x {}; both sides must be longer", format_short(lengths[0]), format_short(lengths[1]), diameter = format_short(*diameter))]
     BoxTooSmall {
-        /// Largest diameter \[length\].
+        /// Largest diameter of a disk in the box that is too small \[length\].
         diameter: f64,
-        /// Sides of the box \[length\].
+        /// Sides of the box that is too small \[length\].
         lengths: [f64; 2],
     },
-    /// A position or velocity is no finite number, or too large to be squared.
+    /// The position or velocity of a disk is not a finite number, or too large to be squared.
     #[error("disk {disk} has {quantity} {value:?}; allowed are finite numbers up to 1e150")]
     BadNumber {
-        /// Index of the disk.
+        /// Index in the state of the disk with an invalid position or velocity.
         disk: usize,
-        /// Name of the quantity: `position` or `velocity`.
+        /// Name of the invalid quantity of a disk: `position` or `velocity`.
         quantity: &'static str,
-        /// Value found.
+        /// Invalid position or velocity found.
         value: [f64; 2],
     },
-    /// A spin is no finite number, or too large to be squared.
+    /// The angular velocity of a disk is not a finite number, or too large to be squared.
     #[error("disk {disk} has a spin whose energy is no finite number; allowed are others")]
     BadSpin {
-        /// Index of the disk.
+        /// Index in the state of the disk with an invalid angular velocity.
         disk: usize,
     },
-    /// The checkpoint is of other boundaries.
+    /// The checkpoint belongs to a box with other walls and obstacles: its number of ledgers
+    /// differs.
     #[error(
         "{found} ledgers of walls and obstacles; allowed are none, or {expected} with these boundaries"
     )]
     WrongLedgers {
-        /// Number of ledgers given.
+        /// Number of wall and obstacle ledgers in the checkpoint.
         found: usize,
-        /// Number of ledgers of the boundaries.
+        /// Number of wall and obstacle ledgers that the box has.
         expected: usize,
     },
-    /// A quantity does not have one value for each disk.
+    /// A list in the start, for example of image flags, does not have one value for each disk.
     #[error("{found} {quantity} for {disks} disks; allowed are none, or one for each disk")]
     WrongCount {
-        /// Name of the quantity.
+        /// Name of the list with a wrong number of values.
         quantity: &'static str,
-        /// Number of values given.
+        /// Number of values in the list.
         found: usize,
-        /// Number of disks.
+        /// Number of disks, which the list should have values for.
         disks: usize,
     },
-    /// There are more disks than the engine can number.
+    /// There are more disks than the engine can number with 32 bits.
     #[error("{disks} disks; allowed are up to {}", u32::MAX - 1)]
     TooMany {
-        /// Number of disks given.
+        /// Number of disks given, which is too large.
         disks: usize,
     },
-    /// A face is open, so that disks could leave.
+    /// A face of the box is an open boundary, through which disks could leave; the engine knows
+    /// only closed boxes.
     #[error(
         "axis {axis}, side {side}: the face is open; allowed are periodic faces and walls, as exact dynamics keeps its disks"
     )]
     OpenFace {
-        /// Axis, from 0.
+        /// Axis of the open face, from 0.
         axis: usize,
-        /// Side: 0 lower, 1 upper.
+        /// Side of the open face: 0 lower, 1 upper.
         side: usize,
     },
-    /// The box of the state is not the one of the boundaries.
+    /// The box of the state is periodic where the boundaries have walls, or the reverse.
     #[error("axis {axis}: the box of the state {}, the boundaries say that it {}; allowed are the same", boundary_word(*state), boundary_word(!state))]
     UnlikeBox {
-        /// Axis, from 0.
+        /// Axis along which box and boundaries differ, from 0.
         axis: usize,
-        /// True if the box of the state is periodic along the axis.
+        /// True if the box of the state is periodic along this axis.
         state: bool,
     },
-    /// The shear rate of the box differs from the shear rate of the particles.
+    /// The shear rate of the box differs from the shear rate of the particle model.
     #[error(
         "the box of the state has the shear rate {found:?}, the scene {rate:?}; allowed are the same"
     )]
     UnlikeFlow {
-        /// Shear rate of the box of the state \[1/time\].
+        /// Shear rate of the box in the state \[1/time\]; `None` without shear.
         found: Option<f64>,
-        /// Shear rate of the scene \[1/time\].
+        /// Shear rate of the particle model \[1/time\]; `None` without shear.
         rate: Option<f64>,
     },
-    /// The start has image flags in a shear flow.
+    /// The start has image flags although the gas is in a shear flow, where they are not supported.
     #[error(
         "a start in a shear flow has image flags; allowed are none, as they do not tell displacements from the flow"
     )]
     FlagsInFlow,
-    /// Two walls leave a disk no room.
+    /// Two opposite walls leave no room for the largest disk.
     #[error(
         "axis {axis}: between the walls there is room for {room} at the least; allowed is a diameter of {diameter} or more", room = format_short(*room), diameter = format_short(*diameter))]
     NoRoom {
-        /// Axis, from 0.
+        /// Axis along which the two walls are too close, from 0.
         axis: usize,
-        /// Least distance of the two walls \[length\].
+        /// Least distance between the two walls \[length\].
         room: f64,
-        /// Largest diameter \[length\].
+        /// Largest diameter of a disk that must fit between the walls \[length\].
         diameter: f64,
     },
-    /// An obstacle is outside the box, or invalid.
+    /// An obstacle is outside the box, or its shape is invalid.
     #[error("obstacle {obstacle}: {source}")]
     BadObstacle {
-        /// Number of the obstacle, from 0.
+        /// Index of the invalid obstacle, from 0.
         obstacle: usize,
-        /// Fault of the obstacle.
+        /// Reason why the obstacle is invalid.
         source: ObstacleError,
     },
-    /// A law, a size or a box is invalid.
+    /// A value of a collision law, a size or a box is outside its allowed range.
     #[error(transparent)]
     Invalid(#[from] InvalidValue),
-    /// The bytes are no checkpoint of this engine.
+    /// The bytes given are not a checkpoint of this engine.
     #[error("the bytes are no checkpoint of these disks: {0}")]
     Checkpoint(#[from] postcard::Error),
-    /// Two disks overlap at the start.
+    /// Two disks of the initial state overlap.
     #[error("disks {} and {} overlap by {depth:e}; allowed are rounding errors", pair[0], pair[1])]
     OverlappingDisks {
-        /// Indices of the disks.
+        /// Indices in the state of the two overlapping disks.
         pair: [usize; 2],
-        /// Depth of the overlap \[length\].
+        /// Depth of the overlap of the two disks \[length\].
         depth: f64,
     },
-    /// A disk starts inside a wall or an obstacle.
+    /// A disk of the initial state overlaps a wall or an obstacle.
     #[error("disk {disk} at ({}, {}) overlaps {what} by {depth:e}; allowed are rounding errors", format_short(place[0]), format_short(place[1]))]
     Overlap {
-        /// Index of the disk.
+        /// Index in the state of the disk that overlaps a wall or obstacle.
         disk: usize,
-        /// Position of the disk \[length\].
+        /// Position of the disk that overlaps a wall or obstacle \[length\].
         place: [f64; 2],
         /// Wall or obstacle that the disk overlaps.
         what: Touchable,
-        /// Depth of the overlap \[length\].
+        /// Depth of the overlap of the disk with the wall or obstacle \[length\].
         depth: f64,
     },
-    /// A disk went through a wall, which the engine must never allow.
+    /// A disk went through a wall: an internal error of the engine.
     #[error(
         "disk {disk} left the box through {wall} at time {time}; this is an error of the program",
         time = format_short(*time)
     )]
     Escaped {
-        /// Index of the disk.
+        /// Index in the state of the disk that went through a wall.
         disk: usize,
         /// Wall that the disk went through.
         wall: Touchable,
-        /// Time at which it was found \[time\].
+        /// Time at which the disk was found beyond the wall \[time\].
         time: f64,
     },
-    /// The time of the start is no finite number.
+    /// The time of the initial state is not a finite number.
     #[error("the start is at time {time}; allowed are finite numbers", time = format_short(*time))]
     BadStart {
-        /// Time found.
+        /// Time of the initial state, not a finite number.
         time: f64,
     },
-    /// The requested time is no number, or so far that flying disks lose their positions.
+    /// The time to advance to is not a number, or so far ahead that moving disks lose the precision
+    /// of their positions.
     #[error(
         "asked to advance to time {until}; allowed are times that disks reach with a position that has digits left, or infinity",
         until = format_short(*until)
     )]
     BadTime {
-        /// Time requested \[time\].
+        /// Time to advance to, as requested \[time\].
         until: f64,
     },
-    /// The disks move but do not meet.
+    /// The disks move but never collide: the engine gave up.
     #[error(
         "no collision in the work of {crossings} crossings of cells, until time {time}: they may never meet; ask for an earlier time, or for a gas whose disks do not fly past each other for ever",
         time = format_short(*time)
     )]
     NoCollisions {
-        /// Time at which the engine gave up \[time\].
+        /// Time at which the engine gave up waiting for a collision \[time\].
         time: f64,
-        /// Cell boundaries crossed since the last collision, and work that took as long.
+        /// Number of cell boundaries crossed since the last collision; restarts of the engine count
+        /// as as many crossings as take equally long.
         crossings: u64,
     },
-    /// Infinitely many contacts with a wall or an obstacle in a finite time, or a disk that comes
-    /// to rest on it.
+    /// Inelastic collapse at a wall or an obstacle: infinitely many contacts in a finite time, or a
+    /// disk that comes to rest there.
     #[error(
         "inelastic collapse at time {time}: {collisions} contacts without progress of time among {}, the last of disk {disk} with {what} \
          near ({}, {}); a contact time above zero (TC model) lets such a gas go on",
@@ -198,20 +203,20 @@ pub enum EventDrivenError {
         time = format_short(*time)
     )]
     WallCollapse {
-        /// Time of the collapse \[time\].
+        /// Time of the collapse at a wall or obstacle \[time\].
         time: f64,
-        /// Number of contacts since time last advanced.
+        /// Number of contacts since time last advanced noticeably.
         collisions: u64,
-        /// Index of the last disk.
+        /// Index in the state of the last disk that touched the wall or obstacle.
         disk: usize,
-        /// Wall or obstacle that it touched.
+        /// Wall or obstacle at which the collapse happened.
         what: Touchable,
-        /// Indices of all disks of the last contacts, in order.
+        /// Indices in the state of all disks in the latest contacts, in increasing order.
         cluster: Vec<usize>,
-        /// Position of the last contact \[length\].
+        /// Position of the disk at its last contact with the wall or obstacle \[length\].
         place: [f64; 2],
     },
-    /// Infinitely many collisions in a finite time.
+    /// Inelastic collapse: infinitely many collisions between disks in a finite time.
     #[error(
         "inelastic collapse at time {time}: {collisions} collisions without progress of time among {}, the last of disks {} and {} \
          near ({}, {}); a contact time above zero (TC model) lets such a gas go on",
@@ -219,22 +224,22 @@ pub enum EventDrivenError {
         time = format_short(*time)
     )]
     InelasticCollapse {
-        /// Time of the collapse \[time\].
+        /// Time of the inelastic collapse \[time\].
         time: f64,
-        /// Number of collisions since time last advanced.
+        /// Number of contacts since time last advanced noticeably.
         collisions: u64,
-        /// Indices of the last pair.
+        /// Indices in the state of the two disks in the last collision.
         pair: [usize; 2],
-        /// Indices of all disks of the last collisions, in order.
+        /// Indices in the state of all disks in the latest collisions, in increasing order.
         cluster: Vec<usize>,
-        /// Position of the last contact \[length\].
+        /// Position of a disk of the last pair at its collision \[length\].
         place: [f64; 2],
     },
 }
 
 impl EventDrivenError {
-    /// Returns true if the gas has collapsed: its state is the state at the collapse, and it does
-    /// not advance further.
+    /// Returns true if the error is an inelastic collapse, between disks or at a wall. The state of
+    /// the gas is then that at the collapse, and the gas cannot advance further.
     pub fn is_collapse(&self) -> bool {
         matches!(
             self,
@@ -242,8 +247,8 @@ impl EventDrivenError {
         )
     }
 
-    /// Converts times, lengths and speeds of the error to the units of a case. Errors of obstacles
-    /// are in these units already.
+    /// Converts times, lengths and speeds of the error to the units of a case, for messages. Errors
+    /// of obstacles are in these units already.
     #[must_use]
     pub fn in_units(mut self, units: &MessageUnits) -> Self {
         match &mut self {
@@ -305,19 +310,20 @@ impl EventDrivenError {
 /// Wall or obstacle that a disk can touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Touchable {
-    /// The wall at a face of the box.
+    /// Wall at a face of the box.
     Wall {
-        /// Axis, from 0.
+        /// Axis of the wall, the direction of its normal: 0 or 1.
         axis: usize,
-        /// Side: 0 lower, 1 upper.
+        /// Side of the box where the wall is: 0 lower, 1 upper.
         side: usize,
     },
-    /// An obstacle, by its number from 0.
+    /// Obstacle in the box, by its index from 0.
     Obstacle(usize),
 }
 
 impl Touchable {
-    /// Returns the wall or obstacle of the given ledger: the faces come first.
+    /// Returns the wall or obstacle with the given index in the list of ledgers, which begins with
+    /// the four faces.
     pub(crate) fn of_ledger(ledger: usize) -> Self {
         if ledger < FACES {
             Self::Wall {
@@ -339,12 +345,13 @@ impl fmt::Display for Touchable {
     }
 }
 
-/// Returns the word for a periodic or a closed box.
+/// Returns the words of the error message for a periodic axis or for one with walls.
 fn boundary_word(periodic: bool) -> &'static str {
     if periodic { "is periodic" } else { "has walls" }
 }
 
-/// Formats the disks of a cluster; of a large one, the first.
+/// Formats the disk indices of a cluster for an error message; of a large cluster, the first
+/// twelve.
 fn named(cluster: &[usize]) -> String {
     const MOST: usize = 12;
     let names: Vec<String> = cluster.iter().take(MOST).map(usize::to_string).collect();

@@ -1,5 +1,5 @@
-//! The loop over events, compiled twice: for any processor and for those with vector instructions
-//! of three operands.
+//! Event loop of the engine: takes events from the calendar in order of time and executes them. It
+//! is compiled twice, for any processor and for those with AVX2.
 
 use stosszahl_model::{Field, Observer, ParticleModel, Plane, Recorder, Sizes};
 
@@ -8,24 +8,24 @@ use crate::cells::NONE;
 use crate::engine::EventDrivenEngine;
 use crate::error::EventDrivenError;
 
-/// Events between two checks of the interrupt: among very unlike disks one event takes a
-/// millisecond.
+/// Number of events between two checks of the interrupt: an event takes up to a millisecond if
+/// sizes of disks differ much.
 const BETWEEN_LOOKS: u32 = 256;
 
-/// Limits of the loop over events.
+/// End of an event loop: a time, and a number of collisions.
 pub(crate) struct Goal {
-    /// Engine time of the end, inclusive.
+    /// Engine time up to which events are executed, inclusive.
     pub(crate) end: f64,
-    /// True if `end` is a time to be reached.
+    /// True if `end` is a finite time to be reached; false if only collisions are counted.
     pub(crate) ends: bool,
-    /// Number of collisions in all at which the loop ends before.
+    /// Number of collisions since the start of the run at which the loop ends, if before `end`.
     pub(crate) last: u64,
 }
 
-/// Method to advance an engine other than event by event, with the same bytes.
+/// Method to advance an engine faster than event by event, to the same bytes: in parallel strips.
 pub(crate) trait Leap<P: ParticleModel, Q: Calendar> {
-    /// Moves an engine towards a goal, as far as leaps pay. True if the time of the goal was
-    /// reached before its last collision.
+    /// Advances an engine in parallel towards a goal, as far as this pays; the event loop does the
+    /// rest. True if the time of the goal was reached before its number of collisions.
     fn leap_towards(
         &mut self,
         engine: &mut EventDrivenEngine<P, Q>,
@@ -33,11 +33,12 @@ pub(crate) trait Leap<P: ParticleModel, Q: Calendar> {
         recorder: &mut Recorder<'_>,
     ) -> bool;
 
-    /// Drops the data kept for the next leap: the engine advances without it.
+    /// Frees the data kept for the next parallel advance, because the engine now advances without
+    /// it.
     fn drop_kept(&mut self);
 }
 
-/// Method without leaps: event by event.
+/// Advance without parallel strips: event by event only.
 struct Alone;
 
 impl<P: ParticleModel, Q: Calendar> Leap<P, Q> for Alone {
@@ -58,8 +59,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Advances to the absolute time `until`, or until `most_collisions` have happened in this
-    /// call. True if the time was reached.
+    /// Advances the gas to the absolute time `until` \[time\], or by `most_collisions` collisions,
+    /// whichever comes first. True if the time was reached.
     ///
     /// # Errors
     /// [`EventDrivenError::InelasticCollapse`]; the engine then stands at the moment of collapse.
@@ -74,8 +75,8 @@ where
         self.advance_with(&mut Alone, until, most_collisions, observer)
     }
 
-    /// Advances to the time `until` or by a number of collisions, with leaps where `leaps` makes
-    /// them.
+    /// Advances the gas to the absolute time `until` \[time\], or by a number of collisions, with
+    /// the parallel method `leaps` where it pays.
     pub(crate) fn advance_with(
         &mut self,
         leaps: &mut impl Leap<P, Q>,
@@ -101,8 +102,8 @@ where
         Ok(false)
     }
 
-    /// Advances to a time, or until there were `last` collisions in all. True if the time was
-    /// reached.
+    /// Advances the gas until a time, the collision number `last`, or the next restart of the
+    /// engine. True if the time was reached.
     fn advance_segment(
         &mut self,
         leaps: &mut impl Leap<P, Q>,
@@ -130,8 +131,8 @@ where
         Ok(false)
     }
 
-    /// Advances event by event to a goal, or to the horizon at most. True if there is no other
-    /// event before the time of the goal.
+    /// Executes events one by one up to a goal or to the next restart of the engine. True if no
+    /// further event comes before the time of the goal.
     ///
     /// The result has the same bits on every processor: products and sums are never contracted.
     pub(crate) fn run_events(
@@ -163,7 +164,8 @@ where
         }
     }
 
-    /// Advances event by event to a goal, which ends before the next step of sliding rows of cells.
+    /// Executes events one by one up to a goal before the next step of sliding rows, with the
+    /// version of the loop for this processor.
     fn run_between_steps(
         &mut self,
         goal: &Goal,
@@ -178,9 +180,9 @@ where
         self.events(goal, recorder)
     }
 
-    /// Runs [`Self::events`], where everything that is inlined into it has fewer instructions to
-    /// copy numbers. Functions that it calls and that are not inlined must not return a pair, or
-    /// the compiler inlines nothing.
+    /// Executes [`Self::events`] compiled for processors with AVX2, where instructions of three
+    /// operands copy fewer numbers. Functions called here and not inlined must not return a pair,
+    /// or the compiler inlines nothing.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn events_with_avx2(
@@ -191,7 +193,7 @@ where
         self.events(goal, recorder)
     }
 
-    /// Runs the loop over events of [`Self::run_events`].
+    /// Executes events one by one up to a goal: the loop behind [`Self::run_events`].
     #[inline(always)]
     fn events(
         &mut self,
@@ -258,7 +260,8 @@ where
         Ok(false)
     }
 
-    /// Stops at a time without an event.
+    /// Sets the clock to a time without an event; an error if disks would lose the precision of
+    /// their positions by then.
     fn stop_at(&mut self, until: f64, end: f64) -> Result<(), EventDrivenError> {
         let moving = || self.disks.all.iter().any(|disk| disk.velocity.amax() > 0.0);
         let diameter = 2.0 * self.scene.sizes().largest_radius();

@@ -1,4 +1,4 @@
-//! First contacts of all disks of a start.
+//! Prediction of the first contacts of all disks at the start of an engine, by all threads.
 
 use std::ops::Range;
 
@@ -10,19 +10,20 @@ use crate::contact::Candidates;
 use crate::disk::DiskSystem;
 use crate::engine::EventDrivenEngine;
 
-/// Number of disks whose contacts are found by one thread at a time.
+/// Number of disks in a group whose first contacts one thread predicts at a time.
 const GROUP: usize = 1024;
-/// Number of groups of [`GROUP`] disks whose contacts are kept at a time.
+/// Number of groups of [`GROUP`] disks whose contacts are kept in memory at a time.
 const GROUPS: usize = 64;
 
-/// Contacts of [`GROUP`] disks in sequence.
+/// Predicted contacts of the disks of one group, [`GROUP`] disks with successive numbers.
 #[derive(Default)]
 struct Ahead {
-    /// Contacts, as wait \[time\] and partner, of one disk after the other.
+    /// Predicted contacts, as wait \[engine time\] and partner, of the group's disks one after the
+    /// other.
     contacts: Vec<(f64, u32)>,
-    /// End of the contacts of each disk.
+    /// Index after the last contact of each disk in the list `contacts`.
     ends: Vec<usize>,
-    /// Number of candidates tested.
+    /// Number of candidate pairs tested for the group.
     looked: u64,
 }
 
@@ -31,8 +32,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Predicts the next contacts of all disks, which have none, as if disk after disk predicted:
-    /// for each disk the earliest contact that is not left to an earlier disk.
+    /// Predicts the first contacts of all disks, as if one disk after the other predicted: for each
+    /// the earliest that the partner does not replace by an earlier one.
     ///
     /// The set of contacts does not depend on the order, so that all threads search for it if the
     /// gas is spread over them.
@@ -61,7 +62,7 @@ where
         }
     }
 
-    /// Predicts all contacts of a range of disks with their neighbours.
+    /// Predicts all contacts of a range of disks with the disks in the cells around them.
     fn look_ahead(&self, disks: Range<usize>) -> Ahead {
         let mut ahead = Ahead::default();
         let mut candidates = self.candidates.clone();
@@ -80,8 +81,8 @@ where
 }
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Finds all contacts with the disks around one, in a single grid, after a wait and in the
-    /// order of their lists. Returns the number of candidates.
+    /// Appends to `all` every contact of a disk with disks in the cells around it, as wait and
+    /// partner. Returns the number of candidates tested.
     fn contacts<S: Sizes>(
         &self,
         candidates: &mut Candidates,
@@ -96,7 +97,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         })
     }
 
-    /// Records the earliest of some contacts that is not left to its partner.
+    /// Stores the earliest of the contacts (wait, partner) of a disk that is not later than the
+    /// partner's own predicted contact.
     fn expect_earliest(&mut self, who: u32, contacts: &[(f64, u32)]) {
         let clock = self.all[who as usize].clock;
         let (mut limit, mut best) = (f64::INFINITY, None);

@@ -1,18 +1,22 @@
-//! Frames of the cells around a disk: positions and velocities.
+//! Reference frames of the cells around a disk: separations and relative velocities of disks in
+//! different cells.
 
 use nalgebra::{Vector2, vector};
 
-/// Frames of the cells around one, by their numbers: positions and velocities.
+/// Reference frames of the cells around a disk, for separations and relative velocities from it;
+/// cells are given by their numbers in the walk.
 pub(crate) trait CellFrames {
-    /// Returns the separation of a disk from another at a position in a cell.
+    /// Returns the separation vector \[length\] from a disk at `position` in the cell numbered
+    /// `cell` to the central disk.
     fn separation(&self, cell: usize, position: Vector2<f64>) -> Vector2<f64>;
 
-    /// Returns the relative velocity from the difference of velocities in two frames.
+    /// Returns the relative velocity of the central disk and one in the cell numbered `cell`, from
+    /// the difference of their velocities in their own frames.
     fn relative(&self, cell: usize, difference: Vector2<f64>) -> Vector2<f64>;
 }
 
-/// Frames of cells at rest: position of a disk relative to the corners of their columns, and of
-/// their rows.
+/// Frames of cells at rest: position of the central disk relative to the corners of the columns,
+/// and of the rows, around it \[length\].
 pub(crate) struct Still(pub(crate) [[f64; 4]; 2]);
 
 impl CellFrames for Still {
@@ -28,13 +32,15 @@ impl CellFrames for Still {
     }
 }
 
-/// Frames of cells in rows that slide.
+/// Frames of the cells around a disk in rows that slide with a shear flow.
 pub(crate) struct Sliding {
-    /// Position of a disk relative to the corners of cells, along the flow.
+    /// Position of the central disk along the flow, relative to the corners of the cells around it
+    /// \[length\], by cell number.
     pub(crate) x: [f64; 12],
-    /// Position of a disk relative to the corners of cells, across the flow, by row.
+    /// Position of the central disk across the flow, relative to the lower edges of the rows around
+    /// it \[length\], by row.
     pub(crate) y: [f64; 4],
-    /// Velocity of the disk's own row less the velocity of each row.
+    /// Velocity of the central disk's own row less the velocity of each row around it.
     pub(crate) slip: [f64; 4],
 }
 

@@ -1,4 +1,5 @@
-//! A hierarchy of grids, for disks of very different sizes.
+//! Hierarchy of grids with cells of doubling widths, for the search for contacts between disks of
+//! very different sizes.
 //!
 //! All disks are placed by the cells of the finest grid, and cross from one of these into the next.
 //! A disk that is larger than such a cell is listed in the first coarser grid, each of twice the
@@ -22,26 +23,29 @@ use nalgebra::{Vector2, vector};
 
 use crate::cells::{CellCoordinates, CellLists};
 
-/// Largest over finest cell, as a power of two.
+/// Largest number of coarser grids: the binary logarithm of the ratio of largest to finest cell
+/// width.
 const MOST_LEVELS: u32 = 12;
 
-/// Factor on the best width for all disks: diameters that do not fit into that many widths are
-/// worth grids of their own.
+/// Ratio of the largest diameter to the best single width of cells above which a hierarchy of
+/// several grids is used.
 const WORTH: f64 = 2.5;
 
-/// Coarser grids and the levels of disks.
+/// Hierarchy of coarser grids for larger disks, and the level of each disk.
 #[derive(Debug)]
 pub(crate) struct GridHierarchy {
-    /// Grids of cells 2, 4, 8, ... times as wide as the finest.
+    /// Cell lists of the coarser grids, with cells 2, 4, 8, ... times as wide as those of the
+    /// finest.
     grids: Vec<CellLists>,
-    /// Level of each disk: 0 for the finest grid.
+    /// Level of each disk in the hierarchy: 0 for the finest grid.
     of: Vec<u8>,
-    /// Least and largest radius at each level; `None` without disks.
+    /// Least and largest radius of the disks at each level \[length\]; `None` for a level without
+    /// disks.
     radii: Vec<Option<(f64, f64)>>,
 }
 
-/// Position of a list of disks: the level, its index in that grid, and the number of boxes in
-/// between (by axis).
+/// Cell of a grid in the hierarchy: its level, its memory index in that grid, and how many boxes
+/// away along each axis it is.
 pub(crate) struct Nearby {
     pub(crate) level: usize,
     pub(crate) place: usize,
@@ -49,7 +53,8 @@ pub(crate) struct Nearby {
 }
 
 impl GridHierarchy {
-    /// Creates the finest grid, and the coarser ones if sizes differ so much that they pay.
+    /// Creates the cell lists of the finest grid, and those of coarser grids if diameters differ so
+    /// much that several grids are faster.
     pub(crate) fn grids(
         lengths: Vector2<f64>,
         periodic: [bool; 2],
@@ -72,7 +77,8 @@ impl GridHierarchy {
         (grid(0), (1..=most).map(grid).collect())
     }
 
-    /// Creates the levels of disks with the given radii.
+    /// Creates the hierarchy from its grids and the radii of all disks, which determine their
+    /// levels.
     pub(crate) fn new(
         grids: Vec<CellLists>,
         finest: &CellLists,
@@ -96,18 +102,18 @@ impl GridHierarchy {
         levels
     }
 
-    /// Returns the level of a disk.
+    /// Returns the level of a disk in the hierarchy: 0 for the finest grid.
     #[inline]
     pub(crate) fn level_of(&self, disk: u32) -> usize {
         usize::from(self.of[disk as usize])
     }
 
-    /// Returns the levels coarser than `level` that have disks.
+    /// Returns the levels coarser than `level` that contain disks.
     pub(crate) fn above(&self, level: usize) -> impl Iterator<Item = usize> {
         (level + 1..self.radii.len()).filter(|&level| self.radii[level].is_some())
     }
 
-    /// Returns the grid of a level.
+    /// Returns the cell lists of a level of the hierarchy; `finest` is level 0.
     #[inline]
     pub(crate) fn grid<'a>(&'a self, finest: &'a CellLists, level: usize) -> &'a CellLists {
         match level {
@@ -116,19 +122,20 @@ impl GridHierarchy {
         }
     }
 
-    /// Returns the grid of a level above the finest.
+    /// Returns the cell lists of a level above the finest, for changes.
     #[inline]
     pub(crate) fn coarse_mut(&mut self, level: usize) -> &mut CellLists {
         &mut self.grids[level - 1]
     }
 
-    /// Returns the cell at a level that contains the given cell of the finest grid.
+    /// Returns the cell at a coarser level that contains the given cell of the finest grid.
     #[inline]
     pub(crate) fn parent(cell: CellCoordinates, level: usize) -> CellCoordinates {
         cell.map(|number| number >> level)
     }
 
-    /// Calls `visit` with the nine cells of a level around the cell `home` of the finest grid.
+    /// Calls `visit` for each of the 3 by 3 cells of a level around the one that contains the cell
+    /// `home` of the finest grid.
     #[inline]
     pub(crate) fn nine(
         &self,
@@ -151,8 +158,8 @@ impl GridHierarchy {
         }
     }
 
-    /// Calls `visit` with the cells below a level whose disks one with the given radius can touch
-    /// from within its cell of the finest grid.
+    /// Calls `visit` for the cells of all finer levels whose disks can be touched by a disk of the
+    /// given radius and `level` from within its cell `home` of the finest grid.
     pub(crate) fn ring(
         &self,
         finest: &CellLists,
@@ -210,7 +217,7 @@ impl GridHierarchy {
         }
     }
 
-    /// Memory held \[bytes\].
+    /// Returns the memory that the coarser grids and the levels of disks occupy \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         self.of.capacity()
             + self

@@ -78,7 +78,7 @@ pub use simulate::{resume, simulate, strips_for};
 pub use strips::{StripSettings, StripedEngine};
 pub use surroundings::DiskBoundaries;
 
-/// Version of the statistics of this engine: one more with each change that moves means beyond
-/// their errors, under *Results changed* in the changelog. Other digits of the same means do not
-/// count. Costly results in the documentation are refused once it has moved.
+/// Version of the statistics of the event-driven engine: one more with each change that moves means
+/// beyond their errors, under *Results changed* in the changelog. Other digits of the same means do
+/// not count. Costly results in the documentation are refused once it has moved.
 pub const STATISTICS_VERSION: u32 = 1;

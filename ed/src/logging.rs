@@ -1,4 +1,5 @@
-//! Logging of the events of an engine that is a strip of a gas.
+//! Logging of events in an engine that simulates one strip of a decomposed gas, for the comparison
+//! with neighbouring strips.
 
 use stosszahl_model::{ParticleModel, Plane, SpinOf};
 
@@ -14,19 +15,22 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Returns true if the strip's time window has logged the most contacts that it may.
+    /// Returns true if the current time window of the strip has logged more contacts than its
+    /// limit.
     pub(crate) fn has_most_contacts(&self) -> bool {
         let window = self.window.as_ref();
         window.is_some_and(|window| window.contacts.len() as u64 > window.most[1])
     }
 
-    /// Returns true if so many events happened to a strip that it should stop.
+    /// Returns true if the current time window of the strip has more events or contacts than its
+    /// limit, so that the strip stops.
     pub(crate) fn is_log_full(&self) -> bool {
         let window = self.window.as_ref();
         self.has_most_contacts() || window.is_some_and(|window| window.events > window.most[0])
     }
 
-    /// Logs the state before an event of a disk.
+    /// Stores the row of a disk and the work counters just before its event, in the log of the
+    /// strip's time window.
     #[inline(always)]
     pub(crate) fn log_before(&mut self, disk: u32) {
         let row = self.disks.home(disk)[1];
@@ -41,7 +45,8 @@ where
         }
     }
 
-    /// Logs the state after an event, with the disks that it has changed.
+    /// Logs the disks that an event has changed, with their new states, in the log of the strip's
+    /// time window.
     #[inline(always)]
     pub(crate) fn log_after(&mut self, changed: [u32; 2]) {
         if let Some(window) = &mut self.window {
@@ -54,7 +59,8 @@ where
         }
     }
 
-    /// Logs an event that may matter to neighbours.
+    /// Logs an event so near the boundary of a strip that it may matter to the neighbouring strip:
+    /// hashes by row, and records of changed disks in the rows next to the boundary.
     #[cold]
     #[inline(never)]
     fn log_near(&mut self, changed: [u32; 2]) {
@@ -91,7 +97,7 @@ where
         self.window = Some(window);
     }
 
-    /// Logs a crossing.
+    /// Logs a cell crossing of a disk in the core of a strip.
     #[cold]
     pub(crate) fn log_crossing(&mut self) {
         if let Some(window) = &mut self.window
@@ -102,7 +108,8 @@ where
         }
     }
 
-    /// Logs a collision.
+    /// Logs a collision of two disks in the core of a strip, with whether their approach was
+    /// negligible.
     #[cold]
     pub(crate) fn log_contact(&mut self, latest: &ContactInfo, is_negligible: Option<bool>) {
         if let Some(window) = &mut self.window
@@ -113,7 +120,8 @@ where
         }
     }
 
-    /// Logs a contact with a wall, which is a sign of progress if there is a time to be reached.
+    /// Logs a contact of a disk with a wall or obstacle in the core of a strip. If the run has an
+    /// end time (`ends`), it counts as progress.
     #[cold]
     pub(crate) fn log_rebound(
         &mut self,
@@ -135,7 +143,9 @@ where
         }
     }
 
-    /// Returns the current record of a disk.
+    /// Returns the record of a disk after an event near a strip boundary: its current state for
+    /// comparison with the neighbouring strip. With `is_beyond`, it includes a hash of the disks
+    /// around.
     fn trace(&self, who: u32, is_beyond: bool) -> SeamRecord<SpinOf<P>> {
         let disk = &self.disks.all[who as usize];
         // A partner that has collided since may be anywhere, and counts as absent.
@@ -168,7 +178,7 @@ where
         }
     }
 
-    /// Returns a hash of the disks in the cells around one: their numbers and their states.
+    /// Returns a hash of numbers and states of the disks in the 3 by 3 cells around a disk.
     fn candidates_of(&self, who: u32) -> u64 {
         self.disks.disks_around(who).fold(0, |sum, (number, disk)| {
             let real = [

@@ -1,4 +1,5 @@
-//! Flight of disks between events, in the engine's own units.
+//! Free flight of disks between events: straight lines, or parabolas in a uniform field, in engine
+//! units.
 
 use std::marker::PhantomData;
 
@@ -8,12 +9,13 @@ use stosszahl_model::{Field, Plane};
 
 use crate::record::DiskRecord;
 
-/// Flight along straight lines or parabolas; straight flight costs no more than without fields.
+/// Law of free flight of a disk: straight lines or, in a uniform field, parabolas. Without field
+/// the parabola costs nothing.
 #[derive(Debug)]
 pub(crate) struct FlightMotion<F> {
-    /// Own acceleration, equal for all disks.
+    /// Acceleration by the uniform field in engine units, equal for all disks.
     acceleration: Vector2<f64>,
-    /// Shear rate of the flow in engine units.
+    /// Shear rate of the flow in engine units; zero without a shear flow.
     shear_rate: f64,
     field: PhantomData<F>,
 }
@@ -27,7 +29,8 @@ impl<F> Clone for FlightMotion<F> {
 impl<F> Copy for FlightMotion<F> {}
 
 impl<F: Field<Plane>> FlightMotion<F> {
-    /// Creates the flight in a field, with speeds in a unit.
+    /// Creates the law of flight in a field, converted to engine units: speeds are divided by
+    /// `speed`.
     pub(crate) fn new(field: &F, speed: f64) -> Self {
         Self {
             acceleration: field.acceleration() / speed / speed,
@@ -36,18 +39,20 @@ impl<F: Field<Plane>> FlightMotion<F> {
         }
     }
 
-    /// Own acceleration, equal for all disks; zero where flight is straight.
+    /// Returns the acceleration by the uniform field in engine units, equal for all disks; zero for
+    /// straight flight.
     #[inline(always)]
     pub(crate) fn acceleration(&self) -> Vector2<f64> {
         self.acceleration
     }
 
-    /// Shear rate of the flow in engine units; zero without a flow.
+    /// Returns the shear rate of the flow in engine units; zero without a shear flow.
     pub(crate) fn shear_rate(&self) -> f64 {
         self.shear_rate
     }
 
-    /// Returns the position of a disk, relative to the corner of its cell, at a time.
+    /// Returns the position of a disk in free flight at an engine time, relative to the corner of
+    /// its cell \[length\].
     #[inline(always)]
     pub(crate) fn position_at(&self, disk: &DiskRecord, time: f64) -> Vector2<f64> {
         let flight = time - disk.clock;
@@ -58,7 +63,7 @@ impl<F: Field<Plane>> FlightMotion<F> {
         }
     }
 
-    /// Returns the velocity of a disk at a time.
+    /// Returns the velocity of a disk in free flight at an engine time, in engine units.
     #[inline(always)]
     pub(crate) fn velocity(&self, disk: &DiskRecord, time: f64) -> Vector2<f64> {
         if F::FREE {
@@ -68,7 +73,7 @@ impl<F: Field<Plane>> FlightMotion<F> {
         }
     }
 
-    /// Advances a disk to a time.
+    /// Moves a disk along its free flight to an engine time: position, velocity and clock.
     #[inline(always)]
     pub(crate) fn advance(&self, disk: &mut DiskRecord, time: f64) {
         disk.position = self.position_at(disk, time);
@@ -76,7 +81,8 @@ impl<F: Field<Plane>> FlightMotion<F> {
         disk.clock = time;
     }
 
-    /// Returns true if a disk at a boundary of its cell along an axis goes forward through it.
+    /// Returns true if a disk at a boundary of its cell crosses it in the positive direction of
+    /// `axis`.
     #[inline(always)]
     pub(crate) fn goes_forward(&self, disk: &DiskRecord, axis: usize, width: f64) -> bool {
         if F::FREE || self.acceleration[axis] == 0.0 {
@@ -87,8 +93,8 @@ impl<F: Field<Plane>> FlightMotion<F> {
         }
     }
 
-    /// Returns time and axis of the next cell boundary of a disk; the time is never before its
-    /// clock.
+    /// Returns the engine time at which a disk leaves its cell, never before its clock, and the
+    /// axis of the boundary it crosses.
     #[inline(always)]
     pub(crate) fn exit(&self, disk: &DiskRecord, width: Vector2<f64>) -> (f64, usize) {
         let straight = |axis: usize| {

@@ -1,4 +1,5 @@
-//! Joint prediction of the next contacts of two disks that have just collided.
+//! Prediction of the next contacts of two disks that have just collided, for both at once in the
+//! two lanes of a SIMD vector.
 
 use std::hint::select_unpredictable;
 
@@ -10,17 +11,17 @@ use crate::cell_list_walk::CellListWalk;
 use crate::cells::{NONE, line_of};
 use crate::disk::DiskSystem;
 
-/// Number of columns and rows around two adjacent cells.
+/// Number of columns, and of rows, in the block of cells around two adjacent cells.
 const SIDE: usize = 4;
 
-/// Nine cells around one of the two disks, as bits among the 16 cells around both; to be shifted to
-/// the first cell.
+/// Bit mask of the nine cells around one disk, among the 16 cells around a pair; to be shifted to
+/// the first of the nine.
 const AROUND_ONE: u32 = 0x0777;
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Predicts from nothing the next contacts of two disks that are up to date and in cells next
-    /// to each other. Returns the number of candidates tested, or `None` if the pair needs
-    /// two separate predictions.
+    /// Predicts the next contacts of two disks at the same clock, in the same cell or adjacent
+    /// ones. Returns the number of candidates tested, or `None` if the disks must be predicted
+    /// separately.
     ///
     /// For two disks that separate, the contacts equal those of separate predictions, bit by bit.
     /// Most disks near one are also near the other, so that they are read and advanced once for the
@@ -63,14 +64,16 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let (a, b) = (&self.all[first as usize], &self.all[second as usize]);
         let width = self.cells.width();
         let frames = StillPair {
-            x: positions([a.position[0], b.position[0]], width[0], right),
-            y: positions([a.position[1], b.position[1]], width[1], up),
+            x: relative_to_columns([a.position[0], b.position[0]], width[0], right),
+            y: relative_to_columns([a.position[1], b.position[1]], width[1], up),
         };
         self.earliest_of_pair(lists, &frames, shared, [first, second], sizes, tags)
     }
 
-    /// Innermost loop: returns the earliest contacts of two disks with the disks of open lists;
-    /// `shared` marks the cells around both.
+    /// Finds and stores the next contacts of two disks among the disks of open cell lists, in the
+    /// innermost loop of the pair prediction. `shared` is the bit mask of cells around both disks.
+    /// Returns the number of candidates tested, or `None` if the disks must be predicted
+    /// separately.
     #[inline(always)]
     pub(crate) fn earliest_of_pair<S: Sizes, const RING: usize>(
         &mut self,
@@ -125,7 +128,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
             // No contact after the candidate's own next contact, when that disk searches again.
             let time = time | f64x2::splat(candidate.contact - clock).simd_lt(time);
             let earlier = time.simd_lt(limit);
-            limit = lesser(time, limit);
+            limit = lesser_lanes(time, limit);
             best = earlier.bitselect(f64x2::splat(f64::from_bits(u64::from(disk))), best);
         }
         let (limit, best) = (
@@ -141,9 +144,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         Some(lists.followed() + twice)
     }
 
-    /// Removes a disk from the list of its cell if it is the first there, as it mostly is: it is no
-    /// candidate for itself, nor for one from which it separates. Returns the index of the list,
-    /// and its first disk, to be restored.
+    /// Takes a disk out of the linked list of its cell if it is the first there, as it mostly is,
+    /// so that the pair search does not test it. Returns the cell's memory index and first disk, to
+    /// restore the list.
     #[inline(always)]
     pub(crate) fn hide(&mut self, who: u32) -> (usize, u32) {
         let disk = &self.all[who as usize];
@@ -155,19 +158,20 @@ impl<F: Field<Plane>> DiskSystem<F> {
     }
 }
 
-/// Frames of the cells around two disks, by their numbers.
+/// Reference frames of the cells around two disks, for separations and relative velocities from
+/// both; cells are given by their numbers in the walk.
 pub(crate) trait PairFrames {
-    /// Returns the positions of both disks relative to the corner of a cell; NaN for a disk that
-    /// the cell is not around.
+    /// Returns the positions of both disks relative to the corner of a cell \[length\], x and y
+    /// each as a vector of two lanes; NaN for a disk that is not next to the cell.
     fn corners(&self, cell: usize) -> [f64x2; 2];
 
-    /// Returns the relative velocities along the first axis from the differences of velocities in
-    /// the frames of the disks and of a cell.
+    /// Returns the relative velocities along x of both disks and a third in the given cell, from
+    /// the differences of their velocities in their own frames.
     fn along(&self, cell: usize, difference: f64x2) -> f64x2;
 }
 
-/// Frames of cells at rest, four by four: positions relative to the corners of columns, and of
-/// rows.
+/// Reference frames of a block of four by four cells at rest around two disks: positions of the
+/// disks relative to the corners of columns, and of rows.
 struct StillPair {
     x: [[f64; 2]; SIDE],
     y: [[f64; 2]; SIDE],
@@ -186,9 +190,10 @@ impl PairFrames for StillPair {
     }
 }
 
-/// Returns the lesser of two numbers; the second if the first is NaN, on every processor.
+/// Returns the lesser number in each lane; that of `second` if the first is NaN, on every
+/// processor.
 #[inline(always)]
-fn lesser(first: f64x2, second: f64x2) -> f64x2 {
+fn lesser_lanes(first: f64x2, second: f64x2) -> f64x2 {
     let (first, second) = (first.to_array(), second.to_array());
     let lesser = |lane: usize| {
         if first[lane] < second[lane] {
@@ -200,10 +205,10 @@ fn lesser(first: f64x2, second: f64x2) -> f64x2 {
     f64x2::new([lesser(0), lesser(1)])
 }
 
-/// Returns the coordinates of two disks relative to the corners of four columns: for each disk of
-/// the three from its own `begin`, which are around it; NaN for the fourth.
+/// Returns one coordinate of two disks relative to the corners of four columns (or rows) around
+/// both. A disk has three columns around it, from its `begin` on; NaN for the fourth.
 #[inline(always)]
-fn positions(here: [f64; 2], width: f64, begin: [usize; 2]) -> [[f64; 2]; SIDE] {
+fn relative_to_columns(here: [f64; 2], width: f64, begin: [usize; 2]) -> [[f64; 2]; SIDE] {
     let mut relative = [[f64::NAN; 2]; SIDE];
     for of in 0..2 {
         let begin = begin[of] % 2;

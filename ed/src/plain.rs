@@ -1,5 +1,6 @@
-//! Oracle of the engine: slow and obvious. In a shear flow, velocities are peculiar, so that those
-//! of images are those of originals.
+//! Reference event-driven dynamics, slow and obvious, against which the engine is tested: all pairs
+//! are tested and all disks moved at every event. In a shear flow, velocities are peculiar, so that
+//! periodic images have the velocity of the original.
 
 use nalgebra::Vector2;
 use stosszahl_model::random::Purpose;
@@ -13,34 +14,36 @@ use crate::contact::time_to_contact;
 use crate::error::Touchable;
 use crate::surroundings::{DiskBoundaries, FACES, above, images};
 
-/// One collision of the plain gas.
+/// Collision of two disks in the reference dynamics: its time and the pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
     /// Time of the collision \[time\].
     pub time: f64,
-    /// Indices of the disks, the smaller first.
+    /// Indices in the state of the colliding disks, the smaller first.
     pub pair: [usize; 2],
 }
 
-/// Partners of a contact: indices of two disks, or of a disk and a boundary.
+/// Partners of a contact: two disks, or a disk and a wall or obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactPartners {
-    /// Two disks, the smaller index first.
+    /// Contact of two disks, by their indices in the state, the smaller first.
     Disks([usize; 2]),
-    /// A disk and a wall or an obstacle.
+    /// Contact of a disk, by its index in the state, with a wall or an obstacle.
     Boundary(usize, Touchable),
 }
 
-/// One contact of the plain gas between walls and around obstacles.
+/// Contact in the reference dynamics, of two disks or of a disk with a wall or obstacle: its time
+/// and partners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlainContact {
     /// Time of the contact \[time\].
     pub time: f64,
-    /// Partners of the contact.
+    /// Disks in contact, or the disk and the wall or obstacle that it touches.
     pub met: ContactPartners,
 }
 
-/// Moves the gas through its next `collisions` collisions and lists them.
+/// Advances a gas in a periodic box by its next `collisions` collisions with the reference
+/// dynamics, and returns these.
 ///
 /// For each collision, the contact times of all pairs over many periodic images are computed, the
 /// earliest is taken, and all disks are moved there. Cost N^2 a collision. Images up to 1 + 40/N
@@ -61,8 +64,9 @@ pub fn run_collisions<P: ParticleModel<Space = Plane>>(
     contacts.into_iter().filter_map(event).collect()
 }
 
-/// Moves the gas through its next `contacts` contacts of all kinds and lists them, with walls and
-/// obstacles. Contacts with these are sought over the images of all disks.
+/// Advances a gas with walls and obstacles by its next `contacts` contacts with the reference
+/// dynamics, and returns these. Contacts with walls and obstacles are sought over periodic images
+/// of the disks.
 pub fn run_between<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
@@ -87,10 +91,10 @@ pub fn run_between<P: ParticleModel<Space = Plane>>(
             body.position = state.domain.wrap(body.position);
         }
         match next.met {
-            ContactPartners::Disks(pair) => meet(scene, state, pair, next.line),
+            ContactPartners::Disks(pair) => collide_disks(scene, state, pair, next.line),
             ContactPartners::Boundary(disk, what) => {
                 let number = rebounds[disk];
-                rebound(scene, state, boundaries, [disk, number], what, next.line);
+                rebound_disk(scene, state, boundaries, [disk, number], what, next.line);
                 rebounds[disk] += 1;
             }
         }
@@ -102,7 +106,8 @@ pub fn run_between<P: ParticleModel<Space = Plane>>(
     all
 }
 
-/// Next contact: the line of centres, or the normal of the wall or obstacle.
+/// Next contact of the reference dynamics: its time, its partners, and the line of centres or the
+/// normal of the wall or obstacle.
 #[derive(Clone, Copy)]
 struct Next {
     wait: f64,
@@ -110,7 +115,8 @@ struct Next {
     line: Vector2<f64>,
 }
 
-/// Returns the first contact of two disks. A uniform field does not affect their relative motion.
+/// Returns the next contact of any two disks, over all pairs and many periodic images. A uniform
+/// field does not affect their relative motion.
 fn next_pair<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> Option<Next> {
     let sizes = scene.sizes();
     let reach = [0, 1].map(|axis| {
@@ -149,7 +155,7 @@ fn next_pair<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> Op
     next
 }
 
-/// Returns the first contact of a disk with a wall or an obstacle before `limit`.
+/// Returns the next contact of any disk with a wall or an obstacle, if before `limit` \[time\].
 fn next_boundary<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &State<P>,
@@ -201,8 +207,9 @@ fn next_boundary<P: ParticleModel<Space = Plane>>(
     next
 }
 
-/// Collides two disks.
-fn meet<P: ParticleModel<Space = Plane>>(
+/// Executes the collision of disks i and j in the reference dynamics: sets their velocities and
+/// spins. `line` is the line of centres.
+fn collide_disks<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     [i, j]: [usize; 2],
@@ -235,9 +242,9 @@ fn meet<P: ParticleModel<Space = Plane>>(
     state.bodies[i].velocity[0] -= flow;
 }
 
-/// Applies the contact of a disk with a wall or an obstacle, with the number of contacts that it
-/// had before.
-fn rebound<P: ParticleModel<Space = Plane>>(
+/// Executes the contact of a disk with a wall or an obstacle in the reference dynamics. `number`
+/// counts the disk's earlier contacts, which address its random numbers.
+fn rebound_disk<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &mut State<P>,
     boundaries: &DiskBoundaries,

@@ -1,4 +1,5 @@
-//! Prediction of the next event of a disk, and its way from cell to cell.
+//! Prediction of the next event of a disk, its next contact or cell crossing, and execution of cell
+//! crossings.
 
 use stosszahl_model::{ParticleModel, Plane, Sizes};
 
@@ -14,8 +15,9 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Searches disks in the cells around a disk, walls and obstacles for an earlier contact than
-    /// the predicted one. The disk is up to date.
+    /// Searches for an earlier contact of a disk than its predicted one: with disks in the cells
+    /// around, walls and obstacles. With `beyond`, only the cells ahead along an axis. The disk
+    /// must be advanced to the current time.
     #[inline(always)]
     pub(crate) fn search(&mut self, who: u32, beyond: Option<(usize, bool)>) {
         self.tally.predictions += self.disks.search(
@@ -28,8 +30,8 @@ where
         self.look_at_surroundings(who);
     }
 
-    /// Searches walls and obstacles near a disk, which is up to date, for an earlier contact than
-    /// the predicted one.
+    /// Searches for an earlier contact of a disk with walls and obstacles than its predicted
+    /// contact. The disk must be advanced to the current time.
     #[inline(always)]
     pub(crate) fn look_at_surroundings(&mut self, who: u32) {
         if !self.surroundings.is_empty() {
@@ -59,14 +61,15 @@ where
         }
     }
 
-    /// Predicts the next contact of a disk that is up to date, from scratch.
+    /// Predicts the next contact of a disk without regard to an earlier prediction. The disk must
+    /// be advanced to the current time.
     pub(crate) fn predict_from_scratch(&mut self, who: u32) {
         self.disks.expect_contact(who, f64::INFINITY, NONE);
         self.search(who, None);
     }
 
-    /// Predicts the next contact of a disk that is up to date, from scratch, and files it. It is
-    /// called so rarely that it is not compiled twice.
+    /// Predicts the next contact of a disk without regard to an earlier prediction, and puts its
+    /// next event into the calendar. Called so rarely that it is not compiled twice.
     #[inline(never)]
     pub(crate) fn predict(&mut self, who: u32) {
         // The pair search is faster, even where both of its places hold one disk.
@@ -80,7 +83,8 @@ where
         self.push_event(who);
     }
 
-    /// Predicts the next contacts of two disks that have just collided.
+    /// Predicts the next contacts of two disks that have just collided, and puts their next events
+    /// into the calendar.
     #[inline(always)]
     pub(crate) fn predict_both(&mut self, first: u32, second: u32) {
         let sizes = self.scene.sizes();
@@ -103,8 +107,8 @@ where
         self.calendar.push(CalendarEntry { time, disk: who });
     }
 
-    /// Moves sliding rows of cells on by one cell, and searches the cells that come into reach for
-    /// contacts.
+    /// Moves the rows of cells that slide in a shear flow on by one cell, and searches the cells
+    /// that come into reach for new contacts.
     pub(crate) fn step_rows(&mut self, seam: Seam) -> Result<(), EventDrivenError> {
         self.disks.rows.step(seam);
         let columns = self.disks.cells.counts()[0];
@@ -134,7 +138,7 @@ where
         self.count_crossing()
     }
 
-    /// Counts a cell crossing; an error if there were too many crossings without a collision.
+    /// Counts a cell crossing of a disk; an error if there were too many since the last collision.
     #[inline(always)]
     fn count_crossing(&mut self) -> Result<(), EventDrivenError> {
         if let Some(crossings) = self.progress.crossing(self.names.len()) {
@@ -147,7 +151,8 @@ where
         Ok(())
     }
 
-    /// Moves a disk into the next cell and searches the cells that come into its reach.
+    /// Executes a cell crossing: moves a disk into the next cell along `axis`, searches the cells
+    /// that come into reach, and puts its next event into the calendar.
     #[inline(always)]
     pub(crate) fn cross(&mut self, who: u32, axis: usize) -> Result<(), EventDrivenError> {
         self.tally.crossings += 1;

@@ -1,4 +1,5 @@
-//! Prefetch: data of the next events are loaded from memory before their turn.
+//! Prefetch: records, partners and cells of disks whose events come up in the next buckets of the
+//! calendar are requested from memory before their turn.
 
 use std::hint::select_unpredictable;
 
@@ -10,9 +11,9 @@ use crate::prefetch_plan::{AHEAD, NAMES, PrefetchPlan};
 use crate::record::DiskRecord;
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Prefetches for the events of disks that come up in a number of buckets, the last of which
-    /// ends at a time. First their records are prefetched; then partners and the cells around,
-    /// which the records name; then the first disks of these.
+    /// Prefetches data for the disks of a bucket of the calendar, `ahead` buckets before its turn;
+    /// the bucket ends at the engine time `end`. Four buckets ahead it requests their records, then
+    /// partners and cells around, then the first disks of these cells.
     #[inline(always)]
     pub(crate) fn prefetch(&self, disks: &[u32], ahead: usize, end: f64, plan: &mut PrefetchPlan) {
         const { assert!(AHEAD == 4) };
@@ -54,8 +55,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Sorts disks into those that touch another disk before the time `end` and those that enter
-    /// another cell, and finds the cells whose lists the latter will read.
+    /// Sorts the disks of a bucket into those that touch another disk before the engine time `end`
+    /// and those that cross into another cell, and finds the cells whose lists the latter will
+    /// read.
     #[inline(always)]
     fn plan(&self, disks: &[u32], end: f64, plan: &mut PrefetchPlan) {
         let mut crossings = [0; NAMES];
@@ -80,8 +82,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Returns the partner of a disk; the disk itself if it has none, or one that has collided
-    /// since.
+    /// Returns the record of a disk's predicted partner; that of the disk itself if it has none, or
+    /// one that has collided since.
     #[inline(always)]
     fn partner(&self, disk: u32) -> &DiskRecord {
         let own = &self.all[disk as usize];
@@ -91,8 +93,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Returns the boundary of its cell that a disk reaches first if it flies straight: the axis,
-    /// and whether forward.
+    /// Returns the boundary of its cell that a disk in straight flight reaches first: the axis, and
+    /// true if forward.
     #[inline(always)]
     fn way_out(&self, disk: &DiskRecord) -> (usize, bool) {
         let width = self.cells.width();
@@ -107,7 +109,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         (usize::from(second), forward)
     }
 
-    /// Prefetches the lists of the cells around one.
+    /// Prefetches the list heads of the cells around the cell `home`.
     #[inline(always)]
     fn prefetch_cells(&self, home: CellCoordinates) {
         let (x, y) = self.cells.cells_around(home);
@@ -117,7 +119,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Prefetches the first disks of the cells around one.
+    /// Prefetches the record of the first disk in each cell around the cell `home`.
     #[inline(always)]
     fn prefetch_neighbours(&self, home: CellCoordinates) {
         let (x, y) = self.cells.cells_around(home);
@@ -128,7 +130,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Prefetches the first disk of the cell at an index in memory.
+    /// Prefetches the record of the first disk in the cell at a memory index.
     #[inline(always)]
     fn prefetch_first(&self, place: u32) {
         memory::prefetch(&self.all, line_of(self.cells.first(place as usize)));

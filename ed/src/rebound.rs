@@ -1,4 +1,5 @@
-//! Contacts of a disk with a wall or an obstacle.
+//! Contact of a disk with a wall or an obstacle: rebound by the wall law, ledger of momentum and
+//! energy, and collapse at a wall.
 
 use nalgebra::Vector2;
 use stosszahl_model::random::Purpose;
@@ -13,9 +14,9 @@ use crate::error::{EventDrivenError, Touchable};
 use crate::strip_log::WallImpulse;
 use crate::surroundings::Touched;
 
-/// Least time in the air, over the contact time of the TC model, of a disk that a wall sends up
-/// against a field. A disk at rest on a floor then has finitely many contacts, all of them young
-/// and elastic.
+/// Shortest time of flight after a contact with a wall that a field pulls the disk back to, in
+/// contact times of the TC model. So a disk at rest on a floor has finitely many contacts, all
+/// elastic.
 const LEAST_HOP: f64 = 0.5;
 
 impl<P, Q> EventDrivenEngine<P, Q>
@@ -23,8 +24,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Applies the contact of a disk with a wall or an obstacle; `ends` says whether there is a
-    /// time to be reached.
+    /// Executes the contact of a disk with the wall or obstacle `what`. `ends` is true if the run
+    /// has an end time.
     pub(crate) fn rebound(
         &mut self,
         who: u32,
@@ -98,17 +99,18 @@ where
         Ok(())
     }
 
-    /// Adds the momentum and energy given by a wall or an obstacle to its ledger.
+    /// Adds the momentum and energy that a wall or obstacle has given to the gas to its ledger.
     pub(crate) fn account_for(&mut self, given: &WallImpulse) {
         self.ledgers[given.ledger].enter(1.0, given.momentum, given.energy);
     }
 
-    /// Returns the angular velocity of a disk in absolute units.
+    /// Returns the angular velocity of a disk in the units of the state \[1/time\].
     fn absolute_spin(&self, who: u32) -> SpinOf<P> {
         <P::Surface as Surface<Plane>>::scale_spin(self.spin(who), self.speed)
     }
 
-    /// Returns the collision law of a boundary, or an elastic one where collisions lose no energy.
+    /// Returns the collision law of a wall or obstacle for a disk; an elastic law where the rule of
+    /// dissipation makes the contact elastic.
     fn law_of(&mut self, who: u32, rebound: &Rebound) -> Rebound {
         const SPECULAR: Rebound = Rebound::Restitutive {
             restitution: 1.0,
@@ -125,9 +127,9 @@ where
         }
     }
 
-    /// Makes a disk leave the wall or obstacle that it has touched: by rounding it may not, after a
-    /// contact without rebound. In the TC model a disk that a field holds down leaves for at least
-    /// a part of the contact time. The momentum and energy added are the wall's, and in its ledger.
+    /// Raises the normal velocity of a disk after a contact so that it leaves the wall or obstacle
+    /// in spite of rounding. In the TC model a disk that a field holds down leaves for at least
+    /// part of the contact time. Momentum and energy added go to the wall's ledger.
     fn send_off(&self, touched: &Touched, velocity: &mut Vector2<f64>) {
         let normal = touched.normal;
         let away = |velocity: &Vector2<f64>| (*velocity - touched.velocity).dot(&normal);
@@ -151,7 +153,7 @@ where
         }
     }
 
-    /// Stops at the time of a collapse against a wall, and returns the error.
+    /// Sets the clock to the time of a collapse at a wall or obstacle, and returns the error.
     #[cold]
     fn wall_collapse(&mut self, who: u32, touched: &Touched) -> EventDrivenError {
         self.time = self.epoch + self.now / self.speed;
@@ -168,7 +170,7 @@ where
         }
     }
 
-    /// Returns the error of a disk that is beyond a wall.
+    /// Returns the error that a disk went through the wall at a face of the box.
     #[cold]
     pub(crate) fn escaped(&mut self, who: u32, axis: usize, forward: bool) -> EventDrivenError {
         self.time = self.epoch + self.now / self.speed;

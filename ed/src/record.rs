@@ -1,44 +1,49 @@
-//! The record of one disk.
+//! Record of one disk in the engine: position, velocity, predicted contact and cell, in one cache
+//! line.
 
 use nalgebra::Vector2;
 
 use crate::cells::{CellCoordinates, NONE};
 
-/// Record of a disk in one cache line. Times and speeds are in the engine's own units.
+/// Record of a disk in one cache line: position, velocity, clock, predicted contact and cell. Times
+/// and speeds are in engine units.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct DiskRecord {
-    /// Position relative to the corner of the cell, at the time `clock`.
+    /// Position at the engine time `clock`, relative to the corner of the disk's cell \[length\].
     pub(crate) position: Vector2<f64>,
     pub(crate) velocity: Vector2<f64>,
-    /// Time of position and velocity.
+    /// Engine time at which the disk has the stored position and velocity.
     pub(crate) clock: f64,
-    /// Predicted time of contact with `partner`; infinite without one.
+    /// Engine time of the predicted contact with `partner`; infinite without one.
     pub(crate) contact: f64,
-    /// Number of the partner: a disk; beyond the number of disks, a wall or obstacle; or [`NONE`].
+    /// Predicted contact partner: the number of a disk; beyond the number of disks, a wall or
+    /// obstacle; or [`NONE`].
     pub(crate) partner: u32,
-    /// Next disk in the list of the cell, or [`NONE`].
+    /// Number of the next disk in the linked list of the cell, or [`NONE`].
     pub(crate) next: u32,
-    /// Count of the partner when the contact was predicted; [`VOID`] if that count came up again
-    /// since.
+    /// Collision count of the partner when the contact was predicted; [`VOID`] if the partner's
+    /// count has restarted since.
     pub(crate) partner_count: u16,
-    /// Collisions of this disk, from [`FIRST`] to the largest number and from [`FIRST`] again.
+    /// Number of collisions of the disk modulo 16 bits: from [`FIRST`] to the largest number, then
+    /// from [`FIRST`] again.
     pub(crate) count: u16,
-    /// Cell of the finest grid.
+    /// Column and row of the disk's cell in the finest grid.
     pub(crate) home: CellCoordinates,
 }
 
-/// Count that no disk has.
+/// Collision count that no disk ever has: a contact predicted at it never happens.
 pub(crate) const VOID: u16 = 0;
 
-/// Count of a disk that is simulated elsewhere; no contact was predicted with it.
+/// Collision count of a disk that another strip simulates; no contact is ever predicted with it.
 pub(crate) const ABSENT: u16 = VOID + 1;
 
-/// First count of a disk.
+/// Collision count of a disk before its first collision.
 pub(crate) const FIRST: u16 = ABSENT + 1;
 
 impl DiskRecord {
-    /// Creates the record of a disk at time 0 without a predicted contact.
+    /// Creates the record of a disk at engine time 0 without a predicted contact; `position` is
+    /// relative to the corner of the cell `home`.
     pub(crate) fn new(
         home: CellCoordinates,
         position: Vector2<f64>,
@@ -57,8 +62,8 @@ impl DiskRecord {
         }
     }
 
-    /// Placeholder of a disk that is simulated elsewhere: it has no events, and a contact predicted
-    /// with it is void.
+    /// Returns the placeholder record of a disk that another strip simulates: it has no events, and
+    /// contacts predicted with it are void.
     pub(crate) fn absent() -> Self {
         Self {
             clock: f64::INFINITY,
@@ -67,7 +72,7 @@ impl DiskRecord {
         }
     }
 
-    /// Returns true if the disk is simulated elsewhere.
+    /// Returns true if the record is the placeholder of a disk that another strip simulates.
     pub(crate) fn is_absent(&self) -> bool {
         self.clock == f64::INFINITY
     }

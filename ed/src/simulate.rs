@@ -1,4 +1,5 @@
-//! The engine behind the common interface, chosen at run time, for any particles of the model.
+//! Event-driven simulation behind the common interface `Simulation`, for any particles of the
+//! model, chosen at run time.
 
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -19,14 +20,14 @@ use crate::error::EventDrivenError;
 use crate::strips::{StripSettings, StripedEngine};
 use crate::surroundings::DiskBoundaries;
 
-/// Collisions per disk in one leg, the part of a run between two fresh engines. A new leg costs
-/// about as much as a tenth of a collision per disk. A run that resumes from a checkpoint in a leg
-/// repeats up to that many.
+/// Collisions per disk in one leg of a run, the segment that one engine simulates. A new leg costs
+/// about as much as a tenth of a collision per disk. A run that resumes within a leg repeats up to
+/// that many.
 const LEG: u64 = 4;
-/// Fewest collisions in one leg of a run.
+/// Least number of collisions in one leg of a run, the segment that one engine simulates.
 const LEAST_LEG: u64 = 100_000;
 
-/// Disks for which one more thread pays.
+/// Number of disks per thread from which one more thread pays.
 const EACH_THREAD: usize = 20_000;
 
 /// Returns the number of strips into which [`Simulation::use_threads`] cuts a gas of `disks` disks,
@@ -35,7 +36,7 @@ pub fn strips_for(threads: usize, disks: usize) -> usize {
     threads.min(disks / EACH_THREAD)
 }
 
-/// Starts exact dynamics of disks.
+/// Starts an event-driven simulation of disks from particles at given positions and velocities.
 ///
 /// ```
 /// use stosszahl_ed::{DiskBoundaries, DissipationRule, simulate};
@@ -78,9 +79,9 @@ pub fn simulate(
     begin.choose(grains, start.all.len())
 }
 
-/// Resumes from [`Simulation::save_checkpoint`]; all other arguments must be as at the start.
-/// The last collisions before it, up to four of each disk or 100 000 in all, are repeated, which
-/// the interrupt can break off.
+/// Resumes an event-driven simulation from the bytes of [`Simulation::save_checkpoint`]; all other
+/// arguments must be as at the start. The last collisions before it, up to four of each disk or 100
+/// 000 in all, are repeated, which the interrupt can break off.
 ///
 /// # Errors
 /// As [`simulate`]; and [`EventDrivenError::Checkpoint`] if the bytes are none of this engine.
@@ -101,23 +102,25 @@ pub fn resume(
     begin.choose(grains, count)
 }
 
-/// Start of an engine: particles, or a checkpoint.
+/// Origin of the gas for a new engine: initial particles, or the bytes of a checkpoint.
 enum Source<'a> {
     Start(&'a Particles),
     Checkpoint(&'a [u8], &'a Interrupt),
 }
 
-/// Builder of an event-driven engine, whose type follows from the kind of particles.
+/// Builder of an event-driven engine, whose type is chosen by sizes, roughness and field of the
+/// particles.
 struct EngineBuilder<'a> {
     dissipation: DissipationRule,
     boundaries: &'a DiskBoundaries,
-    /// Shear flow as it is at time 0.
+    /// Shear flow of the gas with its state at time 0; `None` without shear.
     shear: Option<Shear>,
     from: Source<'a>,
 }
 
 impl EngineBuilder<'_> {
-    /// Chooses the engine for the kinds of disks that differ in the data stored for a disk.
+    /// Chooses the type of the engine: sizes and roughness of disks decide which data are stored
+    /// for a disk.
     fn choose(
         self,
         grains: &ParticleSpec,
@@ -143,7 +146,8 @@ impl EngineBuilder<'_> {
         }
     }
 
-    /// Chooses the engine for a uniform shear flow.
+    /// Creates the engine for a uniform shear flow, with the type that the sizes and roughness of
+    /// disks need.
     fn in_shear_flow(
         self,
         grains: &ParticleSpec,
@@ -169,11 +173,14 @@ impl EngineBuilder<'_> {
     ) -> Result<Box<dyn Simulation>, EventDrivenError> {
         let (checkpoint, stops, origin) = match self.from {
             Source::Start(start) => {
-                let domain = self.boundaries.walls.domain(flat(start.lengths.into()))?;
+                let domain = self
+                    .boundaries
+                    .walls
+                    .domain(to_plane(start.lengths.into()))?;
                 let domain = domain.in_flow(self.shear, start.time)?;
                 let body = |particle: &Particle| ParticleState {
-                    position: flat(particle.position),
-                    velocity: flat(particle.velocity),
+                    position: to_plane(particle.position),
+                    velocity: to_plane(particle.velocity),
                     spin: <P::Surface as Surface<Plane>>::spin_of(particle.spin),
                 };
                 let state = State {
@@ -219,12 +226,12 @@ impl EngineBuilder<'_> {
     }
 }
 
-/// Returns the components in the plane.
-fn flat(vector: Vector3<f64>) -> Vector2<f64> {
+/// Returns the x and y components of a three-dimensional vector.
+fn to_plane(vector: Vector3<f64>) -> Vector2<f64> {
     vector.xy()
 }
 
-/// Event-driven disks behind [`Simulation`].
+/// Event-driven simulation of disks behind the interface [`Simulation`].
 ///
 /// Between legs the gas is a checkpoint, and each leg makes a new engine. Within a leg the engine
 /// stops at the requested times. A checkpoint at a stop holds the checkpoint of the beginning of
@@ -235,35 +242,38 @@ struct Disks<P: ParticleModel<Space = Plane>> {
     dissipation: DissipationRule,
     boundaries: DiskBoundaries,
     stage: Stage<P>,
-    /// State of an engine that has been requested since it stopped.
+    /// State of the gas at the last stop of the engine, computed at the first request.
     present: OnceLock<State<P>>,
-    /// Position of each disk when displacements began; empty unless they are tracked.
+    /// Position of each disk when the tracking of displacements began \[length\]; empty if not
+    /// tracked.
     origin: Vec<Vector2<f64>>,
     bytes: usize,
-    /// Latest contacts at the end of the last leg, the engine's life between two checkpoints.
+    /// Latest contacts at the end of the last leg; `None` before that. A leg is the segment of a
+    /// run that one engine simulates.
     recent: Option<RecentContacts>,
     spread: StripSettings,
     stop: Interruption,
     pause: Option<Interrupt>,
-    /// Collapse in which the gas ended, until its velocities change.
+    /// Error of the inelastic collapse in which the gas ended; `None` once its velocities are
+    /// changed.
     collapse: Option<EventDrivenError>,
 }
 
-/// Storage of the gas: a checkpoint, or an engine.
+/// Form in which the gas is held: a checkpoint between legs of the run, or a running engine.
 enum Stage<P: ParticleModel<Space = Plane>> {
     Between(Box<EventDrivenCheckpoint<P>>),
     Flying(Box<StripedEngine<P>>, Option<Box<Leg<P>>>),
 }
 
-/// Part of a run that one engine does, from a checkpoint on.
+/// Segment of a run that one engine simulates: the checkpoint at its begin, and the stops since.
 struct Leg<P: ParticleModel> {
     from: EventDrivenCheckpoint<P>,
-    /// Requested times at which the engine has stopped since the checkpoint \[time\].
+    /// Times at which the engine has stopped since the checkpoint at the begin of the leg \[time\].
     stops: Vec<f64>,
 }
 
-/// Content of a saved checkpoint: the gas at the beginning of the leg, the times at which the leg
-/// stopped, and the origin of displacements.
+/// Content of a saved checkpoint: the gas at the begin of the leg, the times at which the engine
+/// has stopped since \[time\], and the origins of displacements \[length\].
 type Kept<'a, P> = (
     Cow<'a, EventDrivenCheckpoint<P>>,
     Cow<'a, [f64]>,
@@ -278,7 +288,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Returns the gas at the current time.
+    /// Returns the state of the gas at the current time.
     fn state(&self) -> &State<P> {
         match &self.stage {
             Stage::Between(gas) => &gas.state,
@@ -286,7 +296,8 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Replaces the engine by a checkpoint, which ends a leg of the run.
+    /// Replaces the running engine by its checkpoint, which ends a leg of the run, and returns that
+    /// checkpoint.
     fn land(&mut self) -> &mut EventDrivenCheckpoint<P> {
         self.present.take();
         if let Stage::Flying(engine, leg) = &mut self.stage {
@@ -303,8 +314,8 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Makes an engine of the checkpoint. If `is_leg`, the checkpoint is kept as the beginning of a
-    /// leg of the run.
+    /// Creates a running engine from the checkpoint. If `is_leg`, the checkpoint is kept as the
+    /// begin of a new leg.
     fn take_off(&mut self, is_leg: bool) -> Result<&mut StripedEngine<P>, EventDrivenError> {
         self.present.take();
         if let Stage::Between(gas) = &mut self.stage {
@@ -334,7 +345,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Returns the gas as a checkpoint, from either storage.
+    /// Returns a checkpoint of the gas at the current time.
     fn now(&self) -> Cow<'_, EventDrivenCheckpoint<P>> {
         match &self.stage {
             Stage::Between(gas) => Cow::Borrowed(&**gas),
@@ -342,7 +353,7 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Number of collisions until the next fresh engine.
+    /// Returns the number of collisions until the current leg of the run ends.
     fn left_of_leg(&mut self) -> u64 {
         let all = (LEG * self.particle_count() as u64).max(LEAST_LEG);
         let now = self.tally().collisions;
@@ -356,7 +367,8 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Repeats the run from the checkpoint through all `stops`, with the same bytes.
+    /// Advances a resumed gas from the checkpoint at the begin of its leg through all `stops`
+    /// \[time\], to the same bytes as before.
     fn repeat(&mut self, stops: Vec<f64>) -> Result<(), EventDrivenError> {
         if stops.is_empty() {
             return Ok(());
@@ -375,7 +387,8 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         Ok(())
     }
 
-    /// Implementation of [`Simulation::advance`].
+    /// Advances the gas to the time `until` \[time\] or by the budget of collisions; implements
+    /// [`Simulation::advance`].
     fn go(
         &mut self,
         until: f64,
@@ -407,7 +420,8 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         reached
     }
 
-    /// Changes velocities from outside; the balance of a shear flow gets the energy supplied.
+    /// Applies a change of velocities from outside, as a thermostat makes; in a shear flow, adds
+    /// the energy supplied to the balance.
     fn drive(&mut self, change: impl FnOnce(&mut [ParticleState<P>])) {
         self.collapse = None;
         let scene = self.scene.clone();
@@ -419,8 +433,8 @@ impl<P: ParticleModel<Space = Plane>> Disks<P> {
         }
     }
 
-    /// Error of the energy balance of a shear flow over the sum of work and dissipation; `None`
-    /// without a flow.
+    /// Returns the relative error of the energy balance of a shear flow: the error over the sum of
+    /// work and dissipation; `None` without a shear flow.
     fn shear_imbalance(&self) -> Option<f64> {
         let work = match &self.stage {
             Stage::Between(gas) => gas.shear_work,
@@ -537,7 +551,7 @@ impl<P: ParticleModel<Space = Plane>> Simulation for Disks<P> {
     fn add_velocities(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure> {
         self.drive(|bodies| {
             for (body, change) in bodies.iter_mut().zip(changes) {
-                body.velocity += flat(*change);
+                body.velocity += to_plane(*change);
             }
         });
         Ok(())

@@ -1,5 +1,5 @@
-//! Joint prediction of the next contacts of two disks that have just collided, in rows of cells
-//! that slide.
+//! Prediction of the next contacts of two disks that have just collided, for both at once, in rows
+//! of cells that slide with a shear flow.
 
 use std::ops::Range;
 
@@ -10,16 +10,18 @@ use crate::cell_list_walk::CellListWalk;
 use crate::disk::DiskSystem;
 use crate::pair_prediction::PairFrames;
 
-/// Number of rows around two disks in adjacent rows.
+/// Number of rows in the block of cells around two disks in adjacent rows.
 const ROWS: usize = 4;
-/// Number of columns that are numbered in each row.
+/// Number of column positions for which cells are numbered in each row around a pair.
 const COLUMNS: usize = 8;
 
-/// Fewest columns and rows of a box in which the cells around a pair are all different.
+/// Least numbers of columns and rows of the box for the joint prediction of a pair: the cells
+/// around both are then all different.
 const LEAST: [u16; 2] = [8, 5];
 
-/// Cells around two disks: position of each disk relative to the corners of cells and of rows, and
-/// velocity of its own row less the velocity of each row.
+/// Reference frames of the cells around two disks in sliding rows: position of each disk relative
+/// to the corners of columns and of rows \[length\], and velocity of its own row less that of each
+/// row.
 struct SlidingPair {
     x: [[f64; 2]; ROWS * COLUMNS],
     y: [[f64; 2]; ROWS],
@@ -40,8 +42,9 @@ impl PairFrames for SlidingPair {
 }
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Predicts the contacts of a pair in rows that slide: most cells around one disk are also
-    /// around the other, in the same row or not.
+    /// Predicts the next contacts of two disks that have just collided, in rows that slide with a
+    /// shear flow. Returns the number of candidates tested, or `None` if the disks must be
+    /// predicted separately.
     #[inline(always)]
     pub(crate) fn predict_sliding_pair<S: Sizes>(
         &mut self,
@@ -96,7 +99,7 @@ impl<F: Field<Plane>> DiskSystem<F> {
         let mut shared = 0_u32;
         for (row, spans) in spans.iter().enumerate() {
             let [(one, count, _), (other, others, _)] = *spans;
-            let ranges = ranges([(one, count), (other, others)], i32::from(columns));
+            let ranges = column_ranges([(one, count), (other, others)], i32::from(columns));
             let start = ranges[0].start.min(ranges[1].start);
             let end = ranges[0].end.max(ranges[1].end);
             if end - start > COLUMNS as i32 {
@@ -137,10 +140,14 @@ impl<F: Field<Plane>> DiskSystem<F> {
     }
 }
 
-/// Returns the columns of two spans, each given by its first column and their number, counted from
-/// the first column of the first span that has any; `columns` is their number in the box.
+/// Returns the column ranges of two spans, each given by first column and length, counted from the
+/// begin of the first span that is not empty. `columns` is the number of columns in the periodic
+/// box.
 #[inline(always)]
-fn ranges([(one, count), (other, others)]: [(i32, i32); 2], columns: i32) -> [Range<i32>; 2] {
+fn column_ranges(
+    [(one, count), (other, others)]: [(i32, i32); 2],
+    columns: i32,
+) -> [Range<i32>; 2] {
     if count == 0 || others == 0 {
         return [0..count, 0..others];
     }

@@ -1,4 +1,5 @@
-//! Rows of cells that slide over each other with a uniform shear flow.
+//! Rows of cells that slide over each other with a uniform shear flow, joined by Lees-Edwards
+//! boundaries.
 //!
 //! Each row of cells moves with the flow at half its height, and velocities of disks are relative
 //! to their row: close to the peculiar velocities, however high the box is. Within its row a disk
@@ -14,36 +15,40 @@
 
 use crate::cells::{CellCoordinates, CellLists};
 
-/// Kind of the boundaries between rows, which slide alike.
+/// Kind of boundary between two rows of cells that slide over each other: inside the box, or its
+/// periodic boundary. All boundaries of a kind slide alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Seam {
     /// Boundary between two rows of the box.
     Inside,
-    /// Periodic boundary between the last row and the image of the first.
+    /// Periodic boundary between the last row of the box and the image of the first.
     Around,
 }
 
-/// State of the rows. Times and speeds are in the engine's own units.
+/// State of the rows of cells that slide with a shear flow. Times and speeds are in engine units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlidingRows {
-    /// Shear rate of the flow in engine units.
+    /// Shear rate of the flow in engine units; zero without a shear flow.
     rate: f64,
-    /// Sides of a cell.
+    /// Sides of a cell along x and y \[length\].
     width: [f64; 2],
     columns: i32,
     rows: u16,
-    /// Displacement of the next row at engine time 0: zero inside the box; over the top edge, the
-    /// displacement of the periodic image above.
+    /// Displacement of the row above a boundary at engine time 0, along the flow \[length\]: zero
+    /// inside the box; at the periodic boundary, that of the image of the box above.
     offsets: [f64; 2],
-    /// Number of whole cells that the displacement has passed: inside the box, and around it.
+    /// Whole cells by which the row above a boundary is displaced along the flow: inside the box,
+    /// and at its periodic boundary.
     steps: [i64; 2],
-    /// Whole cells of displacement modulo the number of columns, inside the box and around it: kept
-    /// beside `steps`, as a division for each search is slow.
+    /// Whole cells of displacement of the row above a boundary modulo the number of columns: inside
+    /// the box, and at its periodic boundary. Stored in addition to `steps`, as a division for each
+    /// search is slow.
     turned: [i32; 2],
 }
 
 impl SlidingRows {
-    /// Creates the rows of a grid in a flow with this shear rate in engine units, at engine time 0.
+    /// Creates the rows of a grid in a shear flow at engine time 0. `rate` is the shear rate in
+    /// engine units; `offset` is the displacement of the periodic image above \[length\].
     pub(crate) fn new(cells: &CellLists, rate: f64, offset: f64) -> Self {
         let [columns, rows] = cells.counts();
         let width = [cells.width()[0], cells.width()[1]];
@@ -67,7 +72,7 @@ impl SlidingRows {
         }
     }
 
-    /// Returns rows without a flow.
+    /// Returns the rows of a gas without a shear flow, which do not slide.
     pub(crate) fn none() -> Self {
         Self {
             rate: 0.0,
@@ -80,25 +85,27 @@ impl SlidingRows {
         }
     }
 
-    /// Shear rate of the flow in engine units.
+    /// Returns the shear rate of the flow in engine units.
     #[inline(always)]
     pub(crate) fn rate(&self) -> f64 {
         self.rate
     }
 
-    /// Velocity of a row less the velocity of the row below.
+    /// Returns the velocity of a row less that of the row below, in engine units.
     #[inline(always)]
     pub(crate) fn slip(&self) -> f64 {
         self.rate * self.width[1]
     }
 
-    /// Velocity of the flow at a height in a row, relative to the row.
+    /// Returns the flow velocity at a height above the lower edge of a row, relative to the row, in
+    /// engine units.
     #[inline(always)]
     pub(crate) fn flow(&self, height: f64) -> f64 {
         self.rate * (height - 0.5 * self.width[1])
     }
 
-    /// Displacement of a row since engine time 0 in the frame of the box.
+    /// Returns the displacement of a row along the flow since engine time 0, in the frame of the
+    /// box \[length\].
     pub(crate) fn way(&self, row: u16, now: f64) -> f64 {
         self.rate * ((f64::from(row) + 0.5) * self.width[1]) * now
     }
@@ -117,15 +124,15 @@ impl SlidingRows {
         usize::from(row == 0)
     }
 
-    /// Displacement of the row above a boundary beyond whole cells, from 0 to the width of a cell,
-    /// and at most rounding more.
+    /// Returns the displacement of the row above a boundary less its whole cells \[length\]: from 0
+    /// to the width of a cell, apart from rounding.
     #[inline(always)]
     fn remainder(&self, seam: usize, now: f64) -> f64 {
         self.offsets[seam] + self.slip() * now - self.steps[seam] as f64 * self.width[0]
     }
 
-    /// Returns the number in the box of a column at most two boxes to its left, or one to its
-    /// right.
+    /// Returns a column number wrapped into the box, for columns up to two boxes to its left or one
+    /// to its right.
     #[inline(always)]
     fn column(&self, column: i32) -> i32 {
         let columns = self.columns;
@@ -134,8 +141,8 @@ impl SlidingRows {
         inside - if inside >= columns { columns } else { 0 }
     }
 
-    /// Returns the first of the four columns of the row above that a cell can be touched from, and
-    /// the distance between the corners of this column and the cell along the flow.
+    /// Returns the first of the four columns in the row above whose disks can touch those of a
+    /// cell, and how far its corner is from the cell's along the flow \[length\].
     #[inline(always)]
     pub(crate) fn first_above(&self, [column, row]: CellCoordinates, now: f64) -> (i32, f64) {
         let seam = self.above(row);
@@ -143,8 +150,8 @@ impl SlidingRows {
         (first, self.remainder(seam, now) - 2.0 * self.width[0])
     }
 
-    /// Returns the first of the four columns of the row below that a cell can be touched from, and
-    /// the distance between the corners of this column and the cell along the flow.
+    /// Returns the first of the four columns in the row below whose disks can touch those of a
+    /// cell, and how far its corner is from the cell's along the flow \[length\].
     #[inline(always)]
     pub(crate) fn first_below(&self, [column, row]: CellCoordinates, now: f64) -> (i32, f64) {
         let seam = Self::below(row);
@@ -152,8 +159,8 @@ impl SlidingRows {
         (first, -self.remainder(seam, now) - self.width[0])
     }
 
-    /// Returns the column of a disk that goes into the row above, or below, and its position in
-    /// that column.
+    /// Returns the new column of a disk that crosses into the sliding row above (`forward`) or
+    /// below, and its position along the flow in that column \[length\].
     #[inline(always)]
     pub(crate) fn cross(
         &self,
@@ -182,9 +189,9 @@ impl SlidingRows {
         (self.column(column + beyond) as u16, place)
     }
 
-    /// Returns the vectors from the corner of the second cell to the corner of the first over the
-    /// images in adjacent rows, one for each way around the box. Each comes with the difference of
-    /// the velocities of the two rows, first less second.
+    /// Returns vectors from the corner of the cell `second` to the corner of the cell `first`
+    /// \[length\], one for each way around the box that leads to an adjacent row. Each comes with
+    /// the velocity of the first's row less that of the second's.
     pub(crate) fn corner_offsets(
         &self,
         first: CellCoordinates,
@@ -200,9 +207,9 @@ impl SlidingRows {
             .map(move |step| this.in_row(first, second, step, now))
     }
 
-    /// Returns the vector from the corner of the second cell to the corner of the first, in the
-    /// same row or an adjacent one, and the difference of the velocities of the two rows, first
-    /// less second. The box must have at least three rows.
+    /// Returns the vector from the corner of the cell `second` to the corner of the cell `first`,
+    /// in the same or an adjacent row \[length\], and the velocity of the first's row less that of
+    /// the second's. The box must have at least three rows.
     #[inline(always)]
     pub(crate) fn nearest_between(
         &self,
@@ -220,9 +227,9 @@ impl SlidingRows {
         self.in_row(first, second, step, now)
     }
 
-    /// Returns the vector from the corner of the second cell to the corner of the first over the
-    /// image `step` rows above, and the difference of the velocities of the two rows, first less
-    /// second.
+    /// Returns the vector from the corner of the cell `second` to the image of the corner of
+    /// `first` that lies `step` rows above \[length\], and the velocity of the first's row less
+    /// that of the second's.
     #[inline(always)]
     fn in_row(
         &self,
@@ -243,8 +250,8 @@ impl SlidingRows {
         ([x, step * self.width[1]], step * self.slip())
     }
 
-    /// Returns the engine time of the next step of rows, and the kind of boundary at which they
-    /// step.
+    /// Returns the engine time at which sliding rows next reach a whole number of cells of
+    /// displacement, and the kind of boundary where this happens.
     pub(crate) fn next_step(&self) -> (f64, Seam) {
         if self.rate == 0.0 {
             return (f64::INFINITY, Seam::Inside);
@@ -263,7 +270,8 @@ impl SlidingRows {
         }
     }
 
-    /// Advances rows by a step, which changes the cells within reach of each.
+    /// Advances the displacement of the rows at all boundaries of a kind by one whole cell, which
+    /// changes which cells can touch.
     pub(crate) fn step(&mut self, seam: Seam) {
         let way = if self.rate > 0.0 { 1 } else { -1 };
         self.steps[seam as usize] += way;
@@ -271,7 +279,7 @@ impl SlidingRows {
         self.turned[seam as usize] = self.column(turned);
     }
 
-    /// Returns the rows that have a boundary of a kind above them.
+    /// Returns the rows of cells that have a boundary of the given kind on their upper side.
     pub(crate) fn rows_below(&self, seam: Seam) -> std::ops::Range<u16> {
         match seam {
             Seam::Inside => 0..self.rows - 1,
@@ -279,7 +287,8 @@ impl SlidingRows {
         }
     }
 
-    /// Returns which of the four columns above a cell has come into reach with the last step.
+    /// Returns the index (0 or 3) of that one of the four columns above a cell whose disks have
+    /// come into reach by the last step of the rows.
     #[inline(always)]
     pub(crate) fn newest(&self) -> usize {
         if self.rate > 0.0 { 0 } else { 3 }

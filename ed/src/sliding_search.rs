@@ -1,4 +1,5 @@
-//! Search for contacts in rows of cells that slide, and lines of centres across them.
+//! Search for contacts across rows of cells that slide with a shear flow, and lines of centres
+//! across such rows.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::{Field, Plane, Sizes};
@@ -11,9 +12,9 @@ use crate::frames::Sliding;
 use crate::record::DiskRecord;
 
 impl<F: Field<Plane>> DiskSystem<F> {
-    /// Opens the lists of the cells around a cell in sliding rows; `wanted` tells for the row
-    /// below, its own row and the row above whether they are read. The number of a cell is four
-    /// times its row plus its column: of four, or of three in the own row.
+    /// Opens the linked lists of the cells around the cell `home` in sliding rows. `wanted` selects
+    /// the row below, the own row and the row above. A cell's number is four times its row plus its
+    /// column: of four, or of three in the own row.
     #[inline(always)]
     pub(crate) fn open_sliding(
         &self,
@@ -48,9 +49,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Opens the lists of cells that come into reach as a disk enters another cell in sliding rows.
-    /// Along the flow these are the outermost cell of each row. Across it all cells of the rows
-    /// above and below are opened, though some of the row that was left were in reach before.
+    /// Opens the linked lists of cells that come into reach when a disk has entered `home` in
+    /// sliding rows. Along the flow these are the outermost cell of each row. Across it all cells
+    /// of the rows above and below are opened, though some were in reach before.
     #[inline(always)]
     pub(crate) fn open_beyond_sliding(
         &self,
@@ -80,8 +81,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         }
     }
 
-    /// Opens the list of one of the four cells in the row below (side 0) or above (side 1), by its
-    /// index in memory.
+    /// Opens the linked list of one of the four cells around a disk in the sliding row below, `side` 0, or
+    /// above, `side` 1.
     #[inline(always)]
     fn open_one_of_four(
         &self,
@@ -94,9 +95,9 @@ impl<F: Field<Plane>> DiskSystem<F> {
         lists.open(disk, 8 * side + column, true);
     }
 
-    /// Searches the cell that has come into reach above a disk with the last step of rows for an
-    /// earlier contact than the predicted one. The disk is up to date. Returns the number of
-    /// candidates tested.
+    /// Searches the one cell above a disk that came into reach by the last step of sliding rows for
+    /// an earlier contact than predicted. The disk must be advanced to the current time. Returns
+    /// the number of candidates tested.
     pub(crate) fn search_newest<S: Sizes>(
         &mut self,
         candidates: &mut Candidates,
@@ -114,8 +115,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         predictions
     }
 
-    /// Returns true if a disk is in the cell that has come into reach above a cell with the last
-    /// step of rows.
+    /// Returns true if the one cell above `home` that came into reach by the last step of sliding
+    /// rows contains a disk.
     pub(crate) fn has_newest(&self, home: CellCoordinates, now: f64) -> bool {
         let first = self.rows.first_above(home, now).0;
         let right = self.cells.four_columns(first)[self.rows.newest()];
@@ -123,7 +124,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         self.cells.first((right + row) as usize) != NONE
     }
 
-    /// Returns the corners and frames of the cells around one, in rows that slide.
+    /// Returns the reference frames of the cells around the cell `home` in rows that slide, for a
+    /// disk at `position` in it.
     #[inline(always)]
     pub(crate) fn sliding(
         &self,
@@ -152,7 +154,8 @@ impl<F: Field<Plane>> DiskSystem<F> {
         sliding
     }
 
-    /// Returns [`Self::line`] over rows that slide.
+    /// Returns the line of centres of two touching disks in sliding rows, from `other` to `one`
+    /// \[length\], and the velocity of the first's row less that of the second's.
     #[inline(always)]
     pub(crate) fn sheared_line(
         &self,

@@ -1,4 +1,5 @@
-//! Checks of the start of the engine.
+//! Checks of the initial state or checkpoint of an engine: finite numbers, box, boundaries and
+//! overlaps.
 
 use stosszahl_model::walls::{Face, Walls};
 use stosszahl_model::{Domain, Field, ParticleModel, Plane, Sizes, State, Surface};
@@ -7,10 +8,11 @@ use crate::checkpoint::EventDrivenCheckpoint;
 use crate::error::{EventDrivenError, POSITION, Touchable};
 use crate::surroundings::{DiskBoundaries, FACES, above, images, overlap_of};
 
-/// Largest overlap, in diameters, that counts as rounding.
+/// Largest overlap of two disks at the start, in diameters, that counts as rounding.
 pub(crate) const ROUNDING: f64 = 1e-9;
 
-/// Checks that the engine can start from a checkpoint.
+/// Checks that a checkpoint is valid for an engine: finite numbers, list lengths, shear rate, and a
+/// box wider than `diameter` \[length\].
 pub(crate) fn check_checkpoint<P: ParticleModel<Space = Plane>>(
     scene: &P,
     start: &EventDrivenCheckpoint<P>,
@@ -74,7 +76,7 @@ pub(crate) fn check_checkpoint<P: ParticleModel<Space = Plane>>(
     Ok(())
 }
 
-/// Checks that boundaries fit a box and leave room for the largest disk.
+/// Checks that walls and obstacles fit the box of the gas and leave room for the largest disk.
 pub(crate) fn check_boundaries(
     domain: &Domain<Plane>,
     boundaries: &DiskBoundaries,
@@ -102,7 +104,9 @@ pub(crate) fn check_boundaries(
         if state {
             continue;
         }
-        let room = domain.lengths()[axis] - reach(walls, axis, 0) - reach(walls, axis, 1);
+        let room = domain.lengths()[axis]
+            - largest_displacement(walls, axis, 0)
+            - largest_displacement(walls, axis, 1);
         if room < diameter {
             return Err(EventDrivenError::NoRoom {
                 axis,
@@ -121,13 +125,14 @@ pub(crate) fn check_boundaries(
     Ok(())
 }
 
-/// Farthest displacement of a wall into the box \[length\].
-fn reach(walls: &Walls<Plane>, axis: usize, side: usize) -> f64 {
+/// Returns how far a vibrating wall moves into the box, its amplitude \[length\]; 0 for a wall at
+/// rest.
+fn largest_displacement(walls: &Walls<Plane>, axis: usize, side: usize) -> f64 {
     let vibration = walls.wall(axis, side).and_then(|wall| wall.vibration);
     vibration.map_or(0.0, |vibration| vibration.amplitude())
 }
 
-/// Checks that all disks are outside walls and obstacles.
+/// Checks that no disk of the initial state overlaps a wall or an obstacle.
 pub(crate) fn check_overlaps<P: ParticleModel<Space = Plane>>(
     scene: &P,
     state: &State<P>,

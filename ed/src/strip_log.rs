@@ -1,5 +1,5 @@
-//! Log of a strip of a gas, from which neighbouring strips count and check events. See
-//! [`crate::strips`].
+//! Event log of one strip of a decomposed gas in one time window, from which neighbouring strips
+//! count and verify events. See [`crate::strips`].
 
 use std::ops::Range;
 
@@ -11,25 +11,25 @@ use crate::checkpoint::EventCounters;
 use crate::collapse::ContactInfo;
 use crate::image_flags::ImageFlags;
 
-/// Rows of cells on each side of an edge whose history two strips must agree on. Data that an event
-/// reads farther away are compared by [`SeamRecord::candidates`].
+/// Rows of cells on each side of a boundary between strips in which both strips' event histories
+/// must agree. Data that an event reads farther away are compared by [`SeamRecord::candidates`].
 pub(crate) const SEAM: i32 = 1;
 
-/// Rows of cells of a strip.
+/// Rows of cells that one strip of a decomposed gas simulates: its own core, and halos.
 #[derive(Clone, Debug)]
 pub(crate) struct StripRows {
-    /// Rows that the strip owns.
+    /// Rows of cells that the strip owns; it counts their events.
     pub(crate) core: Range<i32>,
-    /// Number of rows of the halo on each side with a neighbouring strip.
+    /// Width of the halo on each side with a neighbouring strip, in rows of cells.
     pub(crate) halo: i32,
-    /// True if the strip has a neighbouring strip: below, above.
+    /// True if the strip has a neighbouring strip below, and above.
     pub(crate) neighbours: [bool; 2],
-    /// Number of rows in the box, if it is periodic across the strips.
+    /// Number of rows in the box, if it is periodic across the strips; `None` with walls there.
     pub(crate) around: Option<i32>,
 }
 
 impl StripRows {
-    /// Returns all rows of the strip, including halos.
+    /// Returns all rows of cells that the strip simulates, core and halos.
     pub(crate) fn rows(&self) -> impl Iterator<Item = u16> {
         let beyond = |side: usize| i32::from(self.neighbours[side]) * self.halo;
         let rows = self.core.start - beyond(0)..self.core.end + beyond(1);
@@ -37,25 +37,27 @@ impl StripRows {
         rows.map(move |row| around.map_or(row, |rows| row.rem_euclid(rows)) as u16)
     }
 
-    /// Returns true if the strip owns a row.
+    /// Returns true if a row of cells is in the core of the strip.
     pub(crate) fn owns(&self, row: u16) -> bool {
         self.core.contains(&i32::from(row))
     }
 }
 
-/// Boundary between two strips, before a row of cells.
+/// Boundary between two strips, with the events logged near it by one of them.
 #[derive(Clone, Debug)]
 pub(crate) struct StripEdge<S> {
-    /// Number of the row.
+    /// Number of the first row of cells above the boundary between two strips.
     pub(crate) row: i32,
-    /// All records of the seam.
+    /// Records of disks after each event in the rows next to the boundary (the seam), in order of
+    /// time.
     pub(crate) seam: Vec<SeamRecord<S>>,
-    /// Hash of the events in each row, from the farthest below the edge that is simulated to the
-    /// farthest above.
+    /// Hash of the events in each row of cells, from the farthest simulated row below the boundary
+    /// to the farthest above.
     pub(crate) rows: Vec<u64>,
 }
 
-/// State of a disk after an event.
+/// State of a disk after an event near the boundary between two strips, for comparison of their
+/// histories.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SeamRecord<S> {
     pub(crate) time: f64,
@@ -68,25 +70,26 @@ pub(crate) struct SeamRecord<S> {
     pub(crate) partner: u32,
     pub(crate) partner_count: u16,
     pub(crate) count: u16,
-    /// Time of the last contact of the disk, where that is kept.
+    /// Time of the last contact of the disk; `None` unless the TC model needs it.
     pub(crate) last_contact: Option<f64>,
     pub(crate) rebounds: Option<u32>,
     pub(crate) winding: Option<ImageFlags>,
     /// Hash of all disks in the cells around the disk, if the event belongs to a disk on the other
-    /// side of the edge.
+    /// side of the strip boundary; else 0.
     pub(crate) candidates: u64,
 }
 
-/// Contact of a disk, with another or with a wall or obstacle.
+/// Contact of a disk with another disk, a wall or an obstacle, in the log of a strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LoggedContact {
     /// Engine time of the contact.
     pub(crate) now: f64,
-    /// Disk whose event the contact is, and its partner; [`NONE`] for a wall or obstacle.
+    /// Disk whose event the contact was, and its partner; [`NONE`] for a wall or obstacle.
     pub(crate) pair: [u32; 2],
 }
 
-/// Momentum and energy that a wall or an obstacle has given, by the number of its ledger.
+/// Momentum and energy that a wall or an obstacle gives to a disk at one contact, with the index of
+/// its ledger.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallImpulse {
     pub(crate) ledger: usize,
@@ -94,44 +97,51 @@ pub(crate) struct WallImpulse {
     pub(crate) energy: f64,
 }
 
-/// Events of one strip in one window of time, for comparison with its neighbours and for the merge.
+/// Log of the events of one strip in one time window, for comparison with neighbouring strips and
+/// for the merge of all logs.
 #[derive(Debug)]
 pub(crate) struct StripLog<P: ParticleModel> {
-    /// Rows of the strip. Events in its core count; events in its halos are copies from neighbours.
+    /// Rows of cells of the strip. Events in its core count; events in its halos also happen in
+    /// neighbouring strips.
     pub(crate) place: StripRows,
-    /// Lower and upper edge of the core; `None` without a neighbouring strip.
+    /// Boundary of the core with the strip below, and with the strip above; `None` without a
+    /// neighbour.
     pub(crate) edges: [Option<StripEdge<SpinOf<P>>>; 2],
     pub(crate) contacts: Vec<LoggedContact>,
     pub(crate) given: Vec<WallImpulse>,
-    /// Times at which disks crossed from cell to cell, or touched walls without end, since the last
-    /// sign of progress.
+    /// Engine times of cell crossings, and of contacts with walls in runs without an end time,
+    /// since the last collision: evidence of a lack of progress.
     pub(crate) idle: Vec<f64>,
-    /// Number of such crossings and contacts, including all before.
+    /// Number of cell crossings and contacts with walls logged, including those before the last
+    /// collision.
     pub(crate) idled: u64,
-    /// Number of events in all.
+    /// Number of events of the strip in the time window, halos included.
     pub(crate) events: u64,
-    /// Number of events that count in another strip.
+    /// Number of events in the halos, which count in a neighbouring strip.
     pub(crate) twice: u64,
-    /// Computing time of the window \[s\], which decides the boundaries of the next strips.
+    /// Computing time that the strip needed for the time window \[s\], for load balancing.
     pub(crate) seconds: f64,
-    /// True if disks approached negligibly in some contact.
+    /// True if some contact in the window had a negligible approach speed, a sign of inelastic
+    /// collapse.
     pub(crate) is_negligible: bool,
-    /// Engine time of the last event that counts.
+    /// Engine time of the last event in the core of the strip.
     pub(crate) latest: f64,
-    /// Numbers of events, and of contacts that count, at which the log is full.
+    /// Largest numbers of events, and of contacts in the core, that the log holds before the strip
+    /// stops.
     pub(crate) most: [u64; 2],
-    /// True for rows whose events may matter to neighbours.
+    /// True for each row of cells near a boundary with another strip, where events may matter to
+    /// that strip.
     pub(crate) is_near: Vec<bool>,
-    /// True for rows with disks that may be wrong: in halos, and in the empty rows beyond them that
-    /// disks have entered.
+    /// True for each row of cells whose disks another strip owns: rows of halos, and rows beyond
+    /// them that disks have entered.
     pub(crate) is_foreign: Vec<bool>,
-    /// True if events of the current row may matter to neighbours.
+    /// True if the row of the current event is near a boundary with another strip.
     pub(crate) near: bool,
-    /// Row of the disk before its event.
+    /// Row of cells that the disk of the current event was in before it.
     pub(crate) row: i32,
-    /// True if the event is in the core of the strip, which counts it.
+    /// True if the current event is in the core of the strip, where it counts.
     pub(crate) owns: bool,
-    /// Work done before the event.
+    /// Work counters before the current event, restored if another strip counts it.
     pub(crate) tally: EventCounters,
 }
 
@@ -178,7 +188,7 @@ impl<P: ParticleModel<Space = Plane>> StripLog<P> {
         window
     }
 
-    /// Empties the log, for a strip with the rows `place`.
+    /// Empties the log for the next time window of a strip with the rows of cells `place`.
     pub(crate) fn renew(&mut self, place: &StripRows) {
         let rows_in_box = self.is_near.len();
         let mut contacts = std::mem::take(&mut self.contacts);
@@ -189,7 +199,7 @@ impl<P: ParticleModel<Space = Plane>> StripLog<P> {
         };
     }
 
-    /// Returns true if the current event is in the core of the strip, which counts it.
+    /// Returns true if the current event is in the core of the strip, where it counts.
     pub(crate) fn owns(&self) -> bool {
         self.owns
     }
@@ -204,8 +214,8 @@ impl<P: ParticleModel> StripLog<P> {
         self.is_negligible |= is_negligible.unwrap_or(false);
     }
 }
-/// Distance of a row above an edge, in rows: 0 is the first row above it, -1 the first below.
-/// `around` is the number of rows in a periodic box.
+/// Returns the signed distance of a row of cells from the boundary between two strips: 0 is the
+/// first row above it, -1 the first below. `around` is the number of rows of a periodic box.
 pub(crate) fn above(row: i32, edge: i32, around: Option<i32>) -> i32 {
     let steps = row - edge;
     match around {
@@ -215,7 +225,7 @@ pub(crate) fn above(row: i32, edge: i32, around: Option<i32>) -> i32 {
     }
 }
 
-/// Mixes a number into another, so that different sequences have different results.
+/// Returns a hash of the number appended to the sequence with the hash `sum`.
 pub(crate) fn mixed(sum: u64, number: u64) -> u64 {
     (sum.rotate_left(23) ^ number).wrapping_mul(0x9e37_79b9_7f4a_7c15)
 }

@@ -1,4 +1,5 @@
-//! Walls at the faces of the box, and obstacles in it, that disks can touch.
+//! Walls at the faces of the box and obstacles in it: a table of those near each cell, and contact
+//! times of disks with them.
 //!
 //! Which of these a disk can touch from within a cell is a table that is made at the start.
 //! Contacts are sought in that table each time a disk's next event is predicted, and only up to the
@@ -12,23 +13,23 @@ use stosszahl_model::{Domain, Plane, Rebound, Walls};
 
 use crate::cells::{CellCoordinates, CellLists};
 
-/// Faces of a box, which come before the obstacles: lower and upper along the first axis, then
-/// along the second.
+/// Number of faces of a box. Faces precede the obstacles in lists: lower and upper along the first
+/// axis, then along the second.
 pub(crate) const FACES: usize = 4;
 
-/// Walls at the faces of the box, and obstacles in it.
+/// Walls at the faces of a box and obstacles in it, for a gas of disks.
 #[derive(Clone, Debug)]
 pub struct DiskBoundaries {
-    /// Faces of the box.
+    /// Walls at the faces of the box; faces without a wall are periodic.
     pub walls: Walls<Plane>,
-    /// Obstacles inside the box.
+    /// Obstacles inside the box, in addition to walls at its faces.
     pub obstacles: Vec<Obstacle>,
     /// Random streams of rebounds from diffuse walls.
     pub streams: Streams,
 }
 
 impl DiskBoundaries {
-    /// Returns a periodic box with nothing in it.
+    /// Returns the boundaries of a periodic box without walls and obstacles.
     pub fn periodic() -> Self {
         Self {
             walls: Walls::none(),
@@ -37,7 +38,8 @@ impl DiskBoundaries {
         }
     }
 
-    /// Number of ledgers: one for each face and each obstacle, or 0 without walls and obstacles.
+    /// Returns the number of ledgers of momentum and energy: one for each face and each obstacle,
+    /// or 0 without walls and obstacles.
     pub(crate) fn ledgers(&self) -> usize {
         if self.is_empty() {
             0
@@ -52,57 +54,59 @@ impl DiskBoundaries {
     }
 }
 
-/// Units of the engine: its speed, and the absolute time at which its own is zero.
+/// Units of the engine: its unit of speed, and the absolute time at which engine time is zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EngineUnits {
     pub(crate) speed: f64,
     pub(crate) epoch: f64,
 }
 
-/// Disk that may touch a wall or obstacle, in the engine's own units.
+/// Disk on its flight that may touch a wall or obstacle, in engine units.
 pub(crate) struct Approach {
     pub(crate) home: CellCoordinates,
-    /// Position relative to the corner of the cell, at `clock`.
+    /// Position of the disk at the engine time `clock`, relative to the corner of its cell
+    /// \[length\].
     pub(crate) position: Vector2<f64>,
     pub(crate) velocity: Vector2<f64>,
     pub(crate) acceleration: Vector2<f64>,
     pub(crate) radius: f64,
-    /// Engine time of the position.
+    /// Engine time at which the disk has the given position and velocity.
     pub(crate) clock: f64,
-    /// Wait until the next predicted event of the disk, beyond which contacts do not count.
+    /// Time until the next predicted event of the disk \[engine time\]; contacts after it do not
+    /// count.
     pub(crate) limit: f64,
 }
 
-/// Wall or obstacle that was touched.
+/// Wall or obstacle that a disk touches: its law, normal and velocity at the contact.
 pub(crate) struct Touched {
     pub(crate) rebound: Rebound,
-    /// Unit normal vector from the boundary into the gas.
+    /// Unit normal vector of the wall or obstacle at the contact, pointing into the gas.
     pub(crate) normal: Vector2<f64>,
-    /// Velocity of the wall, in absolute units.
+    /// Velocity of the vibrating wall at the contact, in the units of the state.
     pub(crate) velocity: Vector2<f64>,
-    /// Index of its ledger: first the faces, then the obstacles.
+    /// Index of the ledger of this wall or obstacle: first the faces, then the obstacles.
     pub(crate) ledger: usize,
 }
 
-/// Walls and obstacles near a cell.
+/// Walls and obstacles that disks in one cell can touch.
 #[derive(Clone, Copy, Debug, Default)]
 struct Near {
-    /// Faces, one bit for each.
+    /// Bit mask of the faces of the box that disks in the cell can touch.
     faces: u8,
-    /// Index of the cell's first entry in the list of obstacle parts.
+    /// Index of the first entry for this cell in the list of obstacle parts near cells.
     begin: u32,
-    /// Index after the cell's last entry in the list of obstacle parts.
+    /// Index after the last entry for this cell in the list of obstacle parts near cells.
     end: u32,
 }
 
-/// Side or corner of an obstacle, or of one of its periodic images.
+/// Edge or corner of an obstacle that a disk can touch, or of one of its periodic images.
 #[derive(Clone, Copy, Debug)]
 struct Part {
     obstacle: u32,
     feature: Feature,
 }
 
-/// Walls and obstacles, with a table of the boundaries near each cell.
+/// Walls and obstacles of a box, with a table of those that disks in each cell can touch.
 #[derive(Debug)]
 pub(crate) struct BoundaryGeometry {
     pub(crate) boundaries: DiskBoundaries,
@@ -113,7 +117,7 @@ pub(crate) struct BoundaryGeometry {
 }
 
 impl BoundaryGeometry {
-    /// Creates the table for a grid; obstacles are known to be inside the box.
+    /// Creates the table of walls and obstacles near each cell; obstacles must be inside the box.
     pub(crate) fn new(
         boundaries: DiskBoundaries,
         domain: &Domain<Plane>,
@@ -136,13 +140,13 @@ impl BoundaryGeometry {
         surroundings
     }
 
-    /// Returns true if there are no walls and no obstacles anywhere.
+    /// Returns true if the box has no walls and no obstacles.
     #[inline(always)]
     pub(crate) fn is_empty(&self) -> bool {
         self.near.is_empty()
     }
 
-    /// Marks the cells from which a wall can be touched, at all its displacements.
+    /// Marks the cells whose disks can touch a wall, at all displacements of a vibrating wall.
     fn find_walls(&mut self, cells: &CellLists, largest_radius: f64) {
         let counts = cells.counts();
         for axis in 0..2 {
@@ -175,7 +179,7 @@ impl BoundaryGeometry {
         }
     }
 
-    /// Lists, for each cell, the sides and corners of obstacles that disks in it can touch.
+    /// Lists for each cell the sides and corners of obstacles that its disks can touch.
     fn find_obstacles(&mut self, domain: &Domain<Plane>, cells: &CellLists, largest_radius: f64) {
         let (width, lengths) = (cells.width(), domain.lengths());
         let (diagonal, counts) = (0.5 * width.norm(), cells.counts());
@@ -230,8 +234,8 @@ impl BoundaryGeometry {
         }
     }
 
-    /// Returns the first contact of a disk before its limit: the wait for it, and the number of the
-    /// wall or obstacle.
+    /// Returns the first contact of a disk with a wall or obstacle before its limit: the time until
+    /// then \[engine time\], and the number of the wall or obstacle part.
     pub(crate) fn first_contact(&self, cells: &CellLists, disk: &Approach) -> Option<(f64, u32)> {
         let near = self.near[cells.place(disk.home, 1, 1)];
         let mut first: Option<(f64, u32)> = None;
@@ -297,13 +301,14 @@ impl BoundaryGeometry {
         wait.map(|wait| wait * speed)
     }
 
-    /// Returns a time at which a vibration has the displacement of an engine time, small enough to
-    /// have digits left.
+    /// Returns an absolute time within few periods of a vibration at which the wall is displaced as
+    /// at an engine time: small, so that no digits are lost \[time\].
     fn phase(&self, vibration: &Vibration, clock: f64) -> f64 {
         self.units.epoch.rem_euclid(vibration.period()) + clock / self.units.speed
     }
 
-    /// Returns the wall or obstacle that a disk at a position touches at an engine time.
+    /// Returns law, normal and velocity of the wall or obstacle part `what` that a disk at a
+    /// position touches at an engine time.
     pub(crate) fn touched(&self, what: u32, place: Vector2<f64>, clock: f64) -> Touched {
         let what = what as usize;
         if what >= FACES {
@@ -330,8 +335,8 @@ impl BoundaryGeometry {
         }
     }
 
-    /// Depth of a disk at a position in a wall or an obstacle at an engine time \[length\]; not
-    /// above 0 if in none.
+    /// Returns the depth by which a disk at a position overlaps a wall or obstacle at an engine
+    /// time \[length\]; 0 or less without overlap.
     pub(crate) fn overlap(
         &self,
         domain: &Domain<Plane>,
@@ -356,12 +361,12 @@ impl BoundaryGeometry {
         worst
     }
 
-    /// Number of faces, and of sides and corners of obstacles, that can be touched.
+    /// Returns the number of faces, and of sides and corners of obstacles, that disks can touch.
     pub(crate) fn things(&self) -> usize {
         FACES + self.parts.len()
     }
 
-    /// Memory held \[bytes\].
+    /// Returns the memory that the table of walls and obstacles occupies \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         self.near.capacity() * size_of::<Near>()
             + self.lists.capacity() * 4
@@ -369,7 +374,7 @@ impl BoundaryGeometry {
     }
 }
 
-/// Distance of a position from a face \[length\].
+/// Returns the distance of a position from a face of the box \[length\].
 pub(crate) fn above(domain: &Domain<Plane>, axis: usize, side: usize, place: Vector2<f64>) -> f64 {
     if side == 0 {
         place[axis]
@@ -378,7 +383,7 @@ pub(crate) fn above(domain: &Domain<Plane>, axis: usize, side: usize, place: Vec
     }
 }
 
-/// Returns a position and its periodic images around the box.
+/// Returns a position and its periodic images one box away along each periodic axis.
 pub(crate) fn images(
     domain: &Domain<Plane>,
     place: Vector2<f64>,
@@ -398,7 +403,7 @@ pub(crate) fn images(
     })
 }
 
-/// Depth of a disk in an obstacle \[length\]; minus infinity from afar.
+/// Returns the depth by which a disk overlaps an obstacle \[length\]; minus infinity far from it.
 pub(crate) fn overlap_of(obstacle: &Obstacle, place: Vector2<f64>, radius: f64) -> f64 {
     let [least, most] = obstacle.bounds();
     let outside =

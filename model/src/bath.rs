@@ -1,4 +1,5 @@
-//! Thermal bath: random kicks at equal intervals, with drag or without.
+//! Thermal bath: random kicks of all particles at equal intervals, as white noise or as a Langevin
+//! bath with drag.
 //!
 //! **White noise.** After every interval each particle gets a kick, a Gaussian change of velocity
 //! that is independent of everything else. Short intervals give the bath of Williams & MacKintosh
@@ -37,28 +38,31 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::invalid::InvalidValue;
 use crate::random::{Purpose, Streams};
 
-/// Thermal bath that acts at equal intervals.
+/// Thermal bath that kicks all particles at equal intervals: white noise, or a Langevin bath with
+/// drag.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bath {
     noise: Noise,
     interval: f64,
 }
 
-/// Strength of the noise of a bath.
+/// Kind and strength of the noise of a thermal bath.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Noise {
-    /// Energy per particle and time \[energy/time\].
+    /// White noise without drag, with the mean energy gain per particle and time \[energy/time\].
     White { heating: f64 },
-    /// Drag \[1/time\] and temperature of the bath \[energy\].
+    /// Noise with drag, with the drag coefficient \[1/time\] and the temperature of the bath
+    /// \[energy\].
     Langevin { drag: f64, temperature: f64 },
 }
 
 impl Bath {
-    /// Largest drag times interval: velocities are forgotten in a kick long before.
+    /// Largest drag times interval of a Langevin bath: velocities are forgotten in one kick long
+    /// before.
     pub const LARGEST_DAMPING: f64 = 100.0;
 
-    /// Creates white noise that adds, on average, the energy `heating` to each particle and unit of
-    /// time \[energy/time\], by one kick in each `interval` \[time\].
+    /// Creates a white-noise bath. It adds, on average, the energy `heating` to each particle per
+    /// unit of time \[energy/time\], by one kick in each `interval` \[time\].
     ///
     /// # Errors
     /// [`InvalidValue`] unless both are positive and finite, and the energy of one kick too.
@@ -92,13 +96,13 @@ impl Bath {
         })
     }
 
-    /// Time between two kicks \[time\].
+    /// Returns the time between two kicks of the bath \[time\].
     pub fn interval(self) -> f64 {
         self.interval
     }
 
-    /// Factor of all velocities in a kick, before the changes of [`Self::kicks`]: `e^(-gamma tau)`,
-    /// and `None` without drag.
+    /// Returns the factor on all velocities in a kick, before [`Self::kicks`] are added: `e^(-gamma
+    /// tau)`; `None` without drag.
     pub fn damping(self) -> Option<f64> {
         match self.noise {
             Noise::White { .. } => None,
@@ -106,8 +110,8 @@ impl Bath {
         }
     }
 
-    /// Returns the random changes of velocity \[length/time\] in kick number `number`, by the index
-    /// of the particle; the third component is 0 in two dimensions.
+    /// Returns the random velocity change \[length/time\] of each particle in the kick of the bath
+    /// with the number `number`; the third component is 0 in two dimensions.
     ///
     /// `copies` is the number of gases that stand one after the other: the first gets the
     /// kicks of a single gas. White noise keeps the momentum of each copy by itself. With N

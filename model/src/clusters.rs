@@ -1,23 +1,25 @@
-//! Clusters of equal monomers: sizes that change when particles stick together or break.
+//! Clusters of equal monomers as a size distribution, for particles that merge or break.
 
 use std::sync::Arc;
 
 use crate::invalid::InvalidValue;
 use crate::sizes::Sizes;
 
-/// Clusters of k compact monomers: mass `k m_1`, radius `R_1 k^(1/D)`. The tag is k itself.
+/// Sizes of compact clusters of k equal monomers: mass `k m_1`, radius `R_1 k^(1/D)`. The size tag
+/// is k itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clusters {
     radius: f64,
     mass: f64,
     dimension: usize,
-    /// Radii of the smallest clusters, which collide most often \[length\].
+    /// Table of the radii of the smallest clusters, which collide most often, by number of monomers
+    /// \[length\].
     radii: Arc<[f64]>,
-    /// Monomers in each cluster of the start; one each where the list ends.
+    /// Number of monomers in each cluster of the initial state; one where the list ends.
     start: Arc<[u32]>,
 }
 
-/// Radii up to this number of monomers are kept in a table.
+/// Largest number of monomers whose cluster radius is kept in a table.
 const TABLE: u32 = 4096;
 
 impl Clusters {
@@ -45,7 +47,9 @@ impl Clusters {
             0.0,
             "at least 1",
         )?;
-        let radii = (0..TABLE).map(|k| law(radius, dimension, k)).collect();
+        let radii = (0..TABLE)
+            .map(|k| cluster_radius(radius, dimension, k))
+            .collect();
         Ok(Self {
             radius,
             mass,
@@ -56,8 +60,8 @@ impl Clusters {
     }
 }
 
-/// Radius of a compact cluster of k monomers, `R_1 k^(1/D)` \[length\].
-fn law(radius: f64, dimension: usize, k: u32) -> f64 {
+/// Returns the radius of a compact cluster of k monomers, `R_1 k^(1/D)` \[length\].
+fn cluster_radius(radius: f64, dimension: usize, k: u32) -> f64 {
     let k = f64::from(k);
     radius * if dimension == 2 { k.sqrt() } else { k.cbrt() }
 }
@@ -86,7 +90,7 @@ impl Sizes for Clusters {
         self.radii
             .get(tag as usize)
             .copied()
-            .unwrap_or_else(|| law(self.radius, self.dimension, tag))
+            .unwrap_or_else(|| cluster_radius(self.radius, self.dimension, tag))
     }
     #[inline]
     fn mass(&self, tag: u32) -> f64 {

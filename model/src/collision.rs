@@ -1,4 +1,4 @@
-//! The one collision law, used by every engine.
+//! Collision law that all engines use, and the record of a collision for measurements.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -9,47 +9,48 @@ use crate::restitution::Separation;
 use crate::space::Vector;
 use crate::surface::Surface;
 
-/// One collision as measurements see it, in the plane and in space alike: in the plane the third
+/// Record of one collision for measurements, in two and three dimensions: in two the third
 /// component of vectors is zero. Derived quantities are computed on demand.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Collision {
     /// Time of the collision \[time\].
     pub time: f64,
-    /// Position of the first partner \[length\], perhaps in another image of a periodic box; the
-    /// origin in gases without positions.
+    /// Position of the first particle of the pair \[length\], perhaps in another periodic image;
+    /// the origin in gases without positions.
     pub position: Vector3<f64>,
-    /// Relative velocity before, first minus second \[length/time\].
+    /// Relative velocity before the collision, first minus second particle \[length/time\].
     pub relative_velocity: Vector3<f64>,
-    /// The line of centres, from the second to the first partner, with the length of their distance
-    /// at contact.
+    /// Line of centres at contact, from the second to the first particle; its length is the
+    /// distance of the centres \[length\].
     pub line: Vector3<f64>,
-    /// Reduced mass m1 m2/(m1 + m2).
+    /// Reduced mass of the pair, m1 m2/(m1 + m2) \[mass\].
     pub reduced_mass: f64,
-    /// The coefficient of restitution that acted.
+    /// Coefficient of normal restitution of this collision.
     pub restitution: f64,
-    /// Speed that the contact added to the separation \[length/time\]; 0 but for laws that heat.
+    /// Speed that the contact added to the normal separation \[length/time\]; 0 except for laws
+    /// that heat.
     pub added_speed: f64,
     /// Momentum that the collision carries over a distance \[energy\]: the element (a, b) is the
     /// distance along axis a times the momentum along b that the first partner gains. Divided by
     /// volume and time its sum is the collisional part of the pressure tensor.
     pub momentum_transfer: Matrix3<f64>,
-    /// Number of physical collisions that the collision represents: 1 in event-driven dynamics, the
+    /// Number of physical collisions that the record represents: 1 in event-driven dynamics, the
     /// weight of a simulator in Monte Carlo.
     pub weight: f64,
-    /// Indices of the partners in the state; [`Collision::ANONYMOUS`] where an engine does not
+    /// Indices of the two particles in the state; [`Collision::ANONYMOUS`] where an engine does not
     /// distinguish equal particles.
     pub pair: [u32; 2],
-    /// Species of the partners, from 0; 0 in a gas of one species.
+    /// Species of the two particles, from 0; 0 in a gas of one species.
     pub species: [u32; 2],
 }
 
 impl Collision {
-    /// The index of a particle that has none.
+    /// Placeholder for the index of a particle that an engine does not distinguish from equal ones.
     pub const ANONYMOUS: u32 = u32::MAX;
 
-    /// Creates a collision of smooth particles at contact, with weight 1, at time 0 and at the
-    /// origin: the base of records that know more.
+    /// Creates the record of a collision of smooth particles at contact, with weight 1, at time 0
+    /// and at the origin, to which engines add what they know.
     ///
     /// `relative` is v1 - v2 \[length/time\] of partners that approach, `line` points from the
     /// second to the first partner with the length of their distance, and the momentum is carried
@@ -83,27 +84,27 @@ impl Collision {
         collision
     }
 
-    /// Normal approach speed before the contact, |g . k| \[length/time\].
+    /// Returns the normal approach speed before the collision, |g . k| \[length/time\].
     #[inline]
     pub fn approach(&self) -> f64 {
         self.normal_square().sqrt()
     }
 
-    /// Normal speed after the contact \[length/time\].
+    /// Returns the normal speed of separation after the collision \[length/time\].
     #[inline]
     pub fn separation(&self) -> f64 {
         self.restitution * self.approach() + self.added_speed
     }
 
-    /// Square of the normal approach speed, (g . k)^2 \[length^2/time^2\].
+    /// Returns the square of the normal approach speed, (g . k)^2 \[length^2/time^2\].
     #[inline]
     pub fn normal_square(&self) -> f64 {
         let along = self.relative_velocity.dot(&self.line);
         along * along / self.line.square()
     }
 
-    /// Square of the impact parameter over the contact distance, (b/d)^2 = 1 - (g . k)^2/g^2, in
-    /// [0, 1].
+    /// Returns the square of the impact parameter over the contact distance, (b/d)^2 = 1 - (g .
+    /// k)^2/g^2, in \[0, 1\].
     ///
     /// Taken from the tangential part of g, which keeps its digits for central collisions.
     #[inline]
@@ -113,8 +114,9 @@ impl Collision {
         (tangential.square() / self.relative_velocity.square()).min(1.0)
     }
 
-    /// Kinetic energy that was lost to the normal part of the contact, `(mu/2)(g_n^2 - s^2)` with
-    /// the normal speeds `g_n` before and `s` after it \[energy\]; negative where a contact heats.
+    /// Returns the kinetic energy that the normal part of the collision dissipated, `(mu/2)(g_n^2 -
+    /// s^2)` with the normal speeds `g_n` before and `s` after it \[energy\]; negative where a
+    /// contact heats.
     #[inline]
     pub fn energy_lost(&self) -> f64 {
         let square = self.normal_square();
@@ -127,8 +129,8 @@ impl Collision {
         0.5 * self.reduced_mass * (kept - added)
     }
 
-    /// Normal momentum transferred times the distance of the centres, `mu (g_n + s) d` with the
-    /// normal speeds before and after: the virial of a pair at contact \[energy\].
+    /// Returns the virial of the collision \[energy\]: the normal momentum transferred times the
+    /// distance of the centres, `mu (g_n + s) d` with the normal speeds before and after.
     #[inline]
     pub fn virial(&self) -> f64 {
         let added = if self.added_speed == 0.0 {
@@ -141,7 +143,8 @@ impl Collision {
     }
 }
 
-/// Returns velocities and spins after a collision with the given outcome of the normal law.
+/// Returns the velocities and spins of a pair after a collision, with the normal restitution given
+/// by `law`.
 ///
 /// With g = v1 - v2 and k the unit vector along the line of centres, v1 += -(m2/(m1 + m2))(1 + e)(g
 /// . k) k and v2 -= the same with m1: momentum is conserved, the normal part of g is reversed and
@@ -161,7 +164,8 @@ pub fn collide<P: ParticleModel>(
     after
 }
 
-/// Applies the normal part of [`collide`], which is all of it for smooth particles.
+/// Applies the normal part of the collision law [`collide`] to a pair, which is all of it for
+/// smooth particles.
 #[inline]
 pub fn bounce<V: Vector, W: Copy>(
     pair: &CollidingPair<V, W>,

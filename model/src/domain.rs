@@ -1,4 +1,4 @@
-//! Simulation box of a gas, periodic along some or all of its axes.
+//! Simulation box of a gas, periodic along some or all of its axes, at rest or in a shear flow.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,8 @@ use crate::images::{Images, Shear};
 use crate::invalid::InvalidValue;
 use crate::space::{Space, Vector};
 
-/// A rectangular box from the origin to `lengths`, periodic along some of its axes, or all.
+/// Rectangular simulation box from the origin to `lengths`, periodic along some of its axes, or
+/// all.
 ///
 /// Where periodic images are, and how fast they move, is known to [`Images`]. Walls at the faces of
 /// the other axes are described by [`crate::walls::Walls`].
@@ -17,7 +18,7 @@ pub struct Domain<S: Space> {
 }
 
 impl<S: Space> Domain<S> {
-    /// Creates a box with the given side lengths \[length\] that is periodic in every direction.
+    /// Creates a box with the given side lengths \[length\] that is periodic along all axes.
     ///
     /// # Errors
     /// [`InvalidValue`] unless all are positive and finite.
@@ -25,7 +26,8 @@ impl<S: Space> Domain<S> {
         Self::new(lengths, [true; 3])
     }
 
-    /// Creates a box that is periodic along some of its axes.
+    /// Creates a box with the given side lengths \[length\] that is periodic along some of its
+    /// axes.
     pub(crate) fn new(lengths: S::Vector, periodic: [bool; 3]) -> Result<Self, InvalidValue> {
         for axis in 0..S::DIMENSION {
             InvalidValue::unless_positive("side of the box", lengths[axis])?;
@@ -34,7 +36,8 @@ impl<S: Space> Domain<S> {
         Ok(Self { images })
     }
 
-    /// Returns this box in uniform shear flow.
+    /// Returns this box in a uniform shear flow (Lees-Edwards boundary), or without flow for
+    /// `None`.
     ///
     /// # Errors
     /// [`InvalidValue`] unless the box is periodic along the flow and its gradient.
@@ -48,7 +51,8 @@ impl<S: Space> Domain<S> {
         Ok(Self { images })
     }
 
-    /// Returns this box at a time of a uniform shear flow, which is given as it is at time 0.
+    /// Returns this box at a time of a uniform shear flow, whose state is given at time 0; without
+    /// flow for `None`.
     ///
     /// # Errors
     /// As [`Self::sheared`], and for a rate that is 0 or not finite.
@@ -61,13 +65,14 @@ impl<S: Space> Domain<S> {
         Ok(sheared)
     }
 
-    /// Returns the map of periodic images.
+    /// Returns the map of periodic images of the box.
     #[inline]
     pub fn images(&self) -> &Images<S> {
         &self.images
     }
 
-    /// Moves the images by a time: the boxes above and below slide under shear.
+    /// Advances the periodic images by a time \[time\]: in a shear flow the boxes above and below
+    /// slide.
     pub fn advance(&mut self, duration: f64) {
         self.images.advance(duration);
     }
@@ -78,32 +83,32 @@ impl<S: Space> Domain<S> {
         self.images.is_periodic(axis)
     }
 
-    /// Side lengths \[length\].
+    /// Returns the side lengths of the box \[length\].
     #[inline]
     pub fn lengths(&self) -> S::Vector {
         self.images.lengths()
     }
 
-    /// Area or volume \[length^D\].
+    /// Returns the area or volume of the box \[length^D\].
     pub fn volume(&self) -> f64 {
         (0..S::DIMENSION).map(|axis| self.lengths()[axis]).product()
     }
 
-    /// Returns the image of a position with every component in `[0, length)`, along the axes that
-    /// are periodic.
+    /// Returns a position wrapped into the box: every coordinate in `[0, length)` along the
+    /// periodic axes.
     #[inline]
     pub fn wrap(&self, position: S::Vector) -> S::Vector {
         self.images.wrap(position)
     }
 
-    /// Returns the shortest vector from the second position to the first, over all periodic images
-    /// \[length\].
+    /// Returns the shortest vector from the position `second` to the position `first`, over all
+    /// periodic images \[length\].
     #[inline]
     pub fn displacement(&self, first: S::Vector, second: S::Vector) -> S::Vector {
         self.images.nearest(first - second)
     }
 
-    /// Shortest distance between two positions, over all periodic images \[length\].
+    /// Returns the shortest distance between two positions, over all periodic images \[length\].
     pub fn distance(&self, first: S::Vector, second: S::Vector) -> f64 {
         self.displacement(first, second).square().sqrt()
     }

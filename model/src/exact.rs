@@ -1,4 +1,5 @@
-//! Sums that do not depend on the order of adding.
+//! Order-independent exact sums of floating-point numbers: the small superaccumulator of Neal,
+//! arXiv:1505.05571.
 //!
 //! A finite number of double precision is an integer times 2^-1074. Such integers are added in
 //! chunks of 32 bits, each in 64, so that carries wait. The sum is rounded once, to the nearest
@@ -7,30 +8,31 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Bits of a chunk.
+/// Number of bits in a chunk of the superaccumulator.
 const BITS: u32 = 32;
-/// Mask of the bits of a chunk.
+/// Bit mask of one chunk of the superaccumulator.
 const MASK: i64 = (1 << BITS) - 1;
-/// First chunk whose numbers are beyond double precision.
+/// Index of the first chunk whose numbers are beyond the range of double precision.
 const BEYOND: usize = 66;
-/// Numbers that are added before carries are propagated: each is below 2^32 in every chunk, so that
-/// sums fit 64 bits.
+/// Number of additions after which carries must be propagated: each is below 2^32 in every chunk,
+/// so that sums fit 64 bits.
 const PATIENCE: u32 = 1 << 29;
 
-/// A sum of numbers of double precision, exact until it is rounded.
+/// Exact, order-independent sum of double-precision numbers (superaccumulator), rounded only when
+/// read.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct ExactSum {
-    /// Index of the first chunk stored; chunk i counts 2^(32 i - 1074).
+    /// Index of the lowest chunk stored; chunk i counts multiples of 2^(32 i - 1074).
     low: u8,
     chunks: Vec<i64>,
-    /// Numbers added since carries were propagated.
+    /// Number of additions since carries were propagated.
     pending: u32,
-    /// Sum of the infinite and NaN numbers; zero if there are none.
+    /// Sum of the infinite and NaN numbers added; zero if there are none.
     special: f64,
 }
 
 impl ExactSum {
-    /// Adds a number without rounding.
+    /// Adds a number to the sum without rounding.
     #[inline]
     pub fn add(&mut self, number: f64) {
         let bits = number.to_bits();
@@ -56,7 +58,7 @@ impl ExactSum {
         self.count(1);
     }
 
-    /// Adds another sum.
+    /// Adds another exact sum to this one without rounding.
     pub fn merge(&mut self, other: &Self) {
         self.special += other.special;
         if other.chunks.is_empty() {
@@ -71,7 +73,7 @@ impl ExactSum {
         self.count(1);
     }
 
-    /// Returns the sum, rounded to the nearest number, ties to even.
+    /// Returns the sum rounded to the nearest double-precision number, ties to even.
     pub fn value(&self) -> f64 {
         if self.special != 0.0 {
             return self.special;
@@ -87,7 +89,7 @@ impl ExactSum {
         if negative { -size } else { size }
     }
 
-    /// Rounds a sum that is not negative and whose carries are propagated.
+    /// Rounds the magnitude of the sum, which must not be negative and have its carries propagated.
     fn size(&self) -> f64 {
         let Some(top) = self.chunks.iter().rposition(|&chunk| chunk != 0) else {
             return 0.0;
@@ -113,10 +115,11 @@ impl ExactSum {
         let (kept, lost) = (leading >> cut, leading & ((1 << cut) - 1));
         let half = 1_u128 << (cut - 1);
         let up = lost > half || lost == half && (rest || kept & 1 == 1);
-        (kept + u128::from(up)) as f64 * power(lowest + cut)
+        (kept + u128::from(up)) as f64 * power_of_two(lowest + cut)
     }
 
-    /// Returns the index of `chunk` in the buffer, grown so that `count` chunks fit from there.
+    /// Returns the index in the buffer of the superaccumulator's chunk `chunk`, after growing the
+    /// buffer so that `count` chunks fit from there.
     #[inline(always)]
     fn chunk_index(&mut self, chunk: usize, count: usize) -> usize {
         if self.chunks.is_empty() {
@@ -143,8 +146,8 @@ impl ExactSum {
         }
     }
 
-    /// Propagates carries: all chunks but the last, which has the sign, are then from 0 to 2^32 -
-    /// 1, and so is its magnitude.
+    /// Propagates carries between the chunks of the superaccumulator: all but the last, which has
+    /// the sign, are then from 0 to 2^32 - 1.
     fn carry(&mut self) {
         self.pending = 0;
         let mut carry = 0;
@@ -171,8 +174,8 @@ impl Extend<f64> for ExactSum {
     }
 }
 
-/// Returns 2^exponent, of exponents from -1074 to 1023.
-fn power(exponent: i32) -> f64 {
+/// Returns 2^exponent, for exponents from -1074 to 1023.
+fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(match exponent {
         -1074..-1022 => 1 << (exponent + 1074),
         _ => ((exponent + 1023) as u64) << 52,
@@ -198,7 +201,7 @@ mod tests {
         let mut all: Vec<f64> = (0..200)
             .map(|_| {
                 let exponent = draw.random_range(-widest..widest);
-                (draw.random::<f64>() - 0.5) * power(exponent)
+                (draw.random::<f64>() - 0.5) * power_of_two(exponent)
             })
             .collect();
         let cancelling: Vec<f64> = all.iter().step_by(2).map(|one| -one).collect();
@@ -302,7 +305,7 @@ mod tests {
         }
         assert_eq!(
             all.value(),
-            f64::from_bits(0x3fef_ffff_ffff_ffff) * power(40)
+            f64::from_bits(0x3fef_ffff_ffff_ffff) * power_of_two(40)
         );
     }
 }

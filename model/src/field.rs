@@ -1,4 +1,5 @@
-//! Motion of particles between collisions: straight, parabolic, or in a shear flow.
+//! Free flight of particles between collisions: straight lines, parabolas under gravity, or in a
+//! uniform shear flow.
 
 use std::fmt::Debug;
 
@@ -6,31 +7,32 @@ use crate::images::Shear;
 use crate::invalid::InvalidValue;
 use crate::space::Space;
 
-/// Motion of particles between contacts.
+/// Law of free flight between contacts: without force, under uniform gravity, or in a uniform shear
+/// flow.
 ///
 /// A uniform field cancels in the relative motion of a pair, so the prediction of a collision does
 /// not depend on it; only [`Field::move_particle`] does.
 pub trait Field<S: Space>: Copy + Debug + Send + Sync + 'static {
-    /// True where flight is along straight lines.
+    /// True if particles fly along straight lines.
     const FREE: bool;
 
-    /// True in uniform shear flow, where velocities are peculiar: relative to the flow.
+    /// True in a uniform shear flow, where velocities are peculiar: relative to the flow.
     const SHEARED: bool = false;
 
-    /// Shear rate of the flow \[1/time\]; zero where there is none.
+    /// Returns the shear rate of the flow \[1/time\]; zero without shear.
     #[inline(always)]
     fn shear_rate(&self) -> f64 {
         0.0
     }
 
-    /// Uniform acceleration \[length/time^2\]; zero in free flight.
+    /// Returns the uniform acceleration of all particles \[length/time^2\]; zero in free flight.
     fn acceleration(&self) -> S::Vector;
 
-    /// Moves one particle by the time `duration`.
+    /// Moves one particle in free flight by the time `duration` \[time\]: position and velocity.
     fn move_particle(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64);
 }
 
-/// Straight lines at constant speed.
+/// Free flight without force, along straight lines at constant velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Free;
 
@@ -48,14 +50,15 @@ impl<S: Space> Field<S> for Free {
     }
 }
 
-/// Parabolic flight: one acceleration for all particles, at all places and times; by default none.
+/// Uniform gravity: parabolic flight with one acceleration for all particles, places and times; by
+/// default none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gravity<S: Space> {
     acceleration: S::Vector,
 }
 
 impl<S: Space> Gravity<S> {
-    /// Creates a field from an acceleration \[length/time^2\].
+    /// Creates uniform gravity from an acceleration \[length/time^2\].
     ///
     /// # Errors
     /// [`InvalidValue`] unless its components are finite.
@@ -84,14 +87,14 @@ impl<S: Space> Field<S> for Gravity<S> {
     }
 }
 
-/// Straight lines through a uniform shear flow u = (a y, 0), for velocities relative to it.
+/// Uniform shear flow u = (a y, 0): straight flight, with particle velocities relative to the flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheared {
     rate: f64,
 }
 
 impl Sheared {
-    /// Creates a flow with a shear rate a \[1/time\].
+    /// Creates a uniform shear flow with the shear rate a \[1/time\].
     ///
     /// # Errors
     /// [`InvalidValue`] if the rate is zero or not finite.
@@ -115,8 +118,8 @@ impl<S: Space> Field<S> for Sheared {
         S::Vector::default()
     }
 
-    /// Advances a particle. Neither the velocity in the frame of the box nor that along the
-    /// gradient changes; the flow at the particle does.
+    /// Moves one particle in free flight through the shear flow. Its velocity in the frame of the
+    /// box stays constant; the flow at its position changes.
     #[inline]
     fn move_particle(&self, position: &mut S::Vector, velocity: &mut S::Vector, duration: f64) {
         let mut fixed = *velocity;

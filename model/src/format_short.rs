@@ -1,4 +1,4 @@
-//! Short text of numbers for messages.
+//! Short decimal text of numbers for error messages.
 
 /// Formats a number as it would be typed, or with seven digits where that is longer than twelve
 /// characters.
@@ -14,7 +14,7 @@
 /// assert_eq!(format_short(f64::NAN), "NaN");
 /// ```
 pub fn format_short(value: f64) -> String {
-    /// Longest number that is shown in full \[characters\].
+    /// Largest length of a number that is shown with all digits \[characters\].
     const LONGEST: usize = 12;
     let [plain, exponent] = [format!("{value}"), format!("{value:e}")];
     if plain.len() <= LONGEST {

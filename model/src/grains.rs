@@ -1,4 +1,5 @@
-//! The physics of a gas as data: choices of run time, and the types that they become.
+//! Specification of the particles of a gas at run time (sizes, contact laws, field), and the
+//! particle models that engines need for it.
 //!
 //! Engines are generic; a program that reads a case is not. [`ParticleSpec`] describes the
 //! particles and makes the [`Scene`] that stands for them. An engine's crate chooses among scenes
@@ -16,39 +17,40 @@ use crate::space::Space;
 use crate::species::Species;
 use crate::surface::{Rough, Smooth, Surface};
 
-/// Radii and masses of all particles.
+/// Size distribution chosen at run time: radii and masses of all particles.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SizeDistribution {
-    /// One radius and one mass for all.
+    /// One radius and one mass for all particles.
     Equal(Monodisperse),
-    /// Radius and mass of each particle.
+    /// Individual radius and mass of each particle.
     Each(Polydisperse),
-    /// Species, one after the other.
+    /// Several species, each with one radius and mass, one after the other.
     Species(Species),
 }
 
-/// Particles, their contact laws, and the field that they fly in.
+/// Specification of the particles of a gas: sizes, contact laws, and the field in which they fly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParticleSpec {
-    /// Radii \[length\] and masses.
+    /// Radii \[length\] and masses \[mass\] of all particles.
     pub sizes: SizeDistribution,
-    /// The normal contact law.
+    /// Normal contact law: the coefficient of restitution.
     pub restitution: Law,
-    /// The tangential contact law; none for smooth particles, which do not spin.
+    /// Tangential contact law of rough particles; `None` for smooth particles, which do not spin.
     pub rough: Option<Rough>,
-    /// A uniform acceleration \[length/time^2\].
+    /// Uniform acceleration by gravity \[length/time^2\]; `None` without.
     pub gravity: Option<Vector3<f64>>,
-    /// Shear rate a of the flow u = (a y, 0) \[1/time\]; velocities are relative to it.
+    /// Shear rate a of the uniform flow u = (a y, 0) \[1/time\]; velocities are relative to it.
+    /// `None` without shear.
     pub shear_rate: Option<f64>,
-    /// Displacement of the box above along the first axis at time 0 of the shear flow, from 0 to the
-    /// width of the box \[length\].
+    /// Displacement of the periodic image above along the first axis at time 0 of the shear flow,
+    /// from 0 to the width of the box \[length\].
     pub shear_offset: f64,
-    /// True if walls, obstacles or openings are in the box.
+    /// True if the box has walls, obstacles or open faces.
     pub is_bounded: bool,
 }
 
 impl ParticleSpec {
-    /// Creates smooth particles of one radius \[length\] and mass in a periodic box.
+    /// Creates smooth particles of one radius \[length\] and mass \[mass\] in a periodic box.
     pub fn equal(radius: f64, mass: f64, restitution: impl Into<Law>) -> Self {
         Self {
             sizes: SizeDistribution::Equal(Monodisperse { radius, mass }),
@@ -61,7 +63,8 @@ impl ParticleSpec {
         }
     }
 
-    /// Returns the sizes as species, which scenes with walls, spin or gravity need.
+    /// Returns the sizes as species, which models with walls, spin or gravity need; `count` is the
+    /// number of particles.
     fn species(&self, count: usize) -> Result<Species, InvalidValue> {
         let kind = |radius, mass, count| crate::species::SpeciesProperties {
             radius,
@@ -80,14 +83,14 @@ impl ParticleSpec {
         }
     }
 
-    /// Returns the shear flow as it is at time 0; `None` without one.
+    /// Returns the shear flow with its state at time 0; `None` without shear.
     pub fn shear(&self) -> Option<Shear> {
         let offset = self.shear_offset;
         self.shear_rate.map(|rate| Shear { rate, offset })
     }
 
-    /// Returns true if particles are smooth and fly freely in a periodic box, so that sizes need
-    /// not be species.
+    /// Returns true if particles are smooth and fly freely in a periodic box, so that any type of
+    /// sizes will do.
     pub fn is_plain(&self) -> bool {
         self.rough.is_none()
             && self.gravity.is_none()
@@ -95,14 +98,14 @@ impl ParticleSpec {
             && !self.is_bounded
     }
 
-    /// Returns the scene of smooth particles of these sizes in free flight, for grains that are
-    /// [`Self::is_plain`].
+    /// Returns the particle model of smooth particles of these sizes in free flight, for
+    /// specifications that are [`Self::is_plain`].
     pub fn plain<S: Space, Z>(&self, sizes: Z) -> Scene<S, Smooth, Law, Z, Free> {
         scene(Smooth, self, sizes, Free)
     }
 
-    /// Returns the scene of any grains, with this surface; sizes are species, and `count` is the
-    /// number of particles.
+    /// Returns the particle model of any particles with this surface, under gravity or without.
+    /// Sizes become species; `count` is the number of particles.
     ///
     /// # Errors
     /// [`InvalidValue`] for sizes or fields out of range.
@@ -114,7 +117,7 @@ impl ParticleSpec {
         Ok(scene(surface, self, self.species(count)?, self.field()?))
     }
 
-    /// Returns the scene of smooth particles of these sizes in a uniform shear flow.
+    /// Returns the particle model of smooth particles of these sizes in a uniform shear flow.
     ///
     /// # Errors
     /// [`InvalidValue`] for a rate that is zero or not finite, and where gravity acts too.
@@ -125,8 +128,8 @@ impl ParticleSpec {
         Ok(scene(Smooth, self, sizes, self.flow()?))
     }
 
-    /// Returns the scene of any grains in a uniform shear flow, with this surface; sizes are
-    /// species.
+    /// Returns the particle model of any particles with this surface in a uniform shear flow. Sizes
+    /// become species; `count` is the number of particles.
     ///
     /// # Errors
     /// [`InvalidValue`] for sizes or rates out of range, and where gravity acts too.

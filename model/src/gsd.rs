@@ -1,4 +1,5 @@
-//! The container of GSD files, which HOOMD-blue, OVITO and freud open: named arrays by frame.
+//! Reader and writer of GSD files, the binary format of HOOMD-blue that OVITO and freud open: named
+//! arrays by frame.
 //!
 //! A file is a header of 256 bytes, an index of entries of 32 bytes, a list of names, and the arrays.
 //! All numbers are little-endian. This is the file layer of version 2 as its documentation describes
@@ -9,20 +10,21 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// First number of every file.
+/// Magic number at the begin of every GSD file.
 const MAGIC: u64 = 0x65DF_65DF_65DF_65DF;
-/// Length of the header \[bytes\].
+/// Length of the header of a GSD file \[bytes\].
 const HEADER: usize = 256;
-/// Length of an entry of the index \[bytes\].
+/// Length of an entry in the index of a GSD file \[bytes\].
 const ENTRY: usize = 32;
-/// Unit of the length of the list of names \[bytes\].
+/// Unit of the length of the list of array names in a GSD file \[bytes\].
 const NAME: usize = 64;
-/// Version of the file layer that is written, 2.0: the major one is in the upper 16 bits.
+/// Version of the GSD file layer that is written, 2.0: the major one is in the upper 16 bits.
 const VERSION: u32 = 2 << 16;
-/// Entries for which a new file has space, so that other programs can append to it.
+/// Number of entries reserved in the index of a new GSD file, so that other programs can append to
+/// it.
 const SPACE: usize = 128;
 
-/// Type of the numbers of an array.
+/// Number type of the elements of an array in a GSD file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Number {
     U8,
@@ -38,7 +40,7 @@ enum Number {
 }
 
 impl Number {
-    /// All types by their code, from 1.
+    /// List of all number types of GSD files, in the order of their codes, from 1.
     const ALL: [Self; 10] = [
         Self::U8,
         Self::U16,
@@ -52,7 +54,8 @@ impl Number {
         Self::F64,
     ];
 
-    /// Returns the type of a code; characters (11) are bytes.
+    /// Returns the number type with a GSD code; the code for characters (11) gives bytes. `None`
+    /// for an unknown code.
     fn of(code: u8) -> Option<Self> {
         match code {
             11 => Some(Self::U8),
@@ -60,7 +63,7 @@ impl Number {
         }
     }
 
-    /// Length of a number \[bytes\].
+    /// Returns the length of a number of this type \[bytes\].
     fn size(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
@@ -70,7 +73,7 @@ impl Number {
         }
     }
 
-    /// Reads a number from as many bytes as it has.
+    /// Reads a number of this type from its little-endian bytes.
     fn read(self, bytes: &[u8]) -> f64 {
         let mut all = [0; 8];
         all[..bytes.len()].copy_from_slice(bytes);
@@ -87,7 +90,7 @@ impl Number {
     }
 }
 
-/// Named array of one frame, to be written.
+/// Named array of one frame, to be written to a GSD file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chunk {
     name: &'static str,
@@ -112,7 +115,7 @@ impl Chunk {
         }
     }
 
-    /// Creates an array of numbers, rounded to single precision, with this number of columns.
+    /// Creates an array with `columns` columns of numbers rounded to single precision.
     pub fn single(
         name: &'static str,
         columns: usize,
@@ -122,7 +125,7 @@ impl Chunk {
         Self::new(name, columns, Number::F32, bytes)
     }
 
-    /// Creates an array of numbers of double precision, with this number of columns.
+    /// Creates an array with `columns` columns of double-precision numbers.
     pub fn double(
         name: &'static str,
         columns: usize,
@@ -132,24 +135,24 @@ impl Chunk {
         Self::new(name, columns, Number::F64, bytes)
     }
 
-    /// Creates a column of counts of 32 bits.
+    /// Creates an array of one column of unsigned 32-bit integers.
     pub fn counts(name: &'static str, numbers: impl IntoIterator<Item = u32>) -> Self {
         let bytes = numbers.into_iter().map(u32::to_le_bytes);
         Self::new(name, 1, Number::U32, bytes)
     }
 
-    /// Creates a single count of 64 bits.
+    /// Creates an array of one unsigned 64-bit integer.
     pub fn count(name: &'static str, number: u64) -> Self {
         Self::new(name, 1, Number::U64, std::iter::once(number.to_le_bytes()))
     }
 
-    /// Creates a column of counts of 8 bits.
+    /// Creates an array of one column of unsigned 8-bit integers.
     pub fn bytes(name: &'static str, numbers: impl IntoIterator<Item = u8>) -> Self {
         let bytes = numbers.into_iter().map(|one| [one]);
         Self::new(name, 1, Number::U8, bytes)
     }
 
-    /// Creates a list of texts: each is a row, filled up with zeros.
+    /// Creates an array of texts: each text is a row of bytes, padded with zeros.
     pub fn texts(name: &'static str, texts: &[String]) -> Self {
         let columns = texts.iter().map(String::len).max().unwrap_or(0) + 1;
         let padded = |text: &String| {
@@ -166,8 +169,8 @@ impl Chunk {
     }
 }
 
-/// Returns the bytes of a file of these frames. `schema` is the name of the schema and its version,
-/// major and minor; `application` names the program that writes.
+/// Returns the bytes of a GSD file with these frames. `schema` is the name of the schema with its
+/// major and minor version; `application` names the writing program.
 pub fn to_bytes(
     application: &str,
     (schema, major, minor): (&str, u32, u32),
@@ -229,19 +232,19 @@ pub fn to_bytes(
     bytes
 }
 
-/// Array of a frame that was read.
+/// Array of one frame as read from a GSD file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Array {
-    /// Number of rows.
+    /// Number of rows of the array.
     pub rows: usize,
-    /// Number of columns.
+    /// Number of columns of the array.
     pub columns: usize,
-    /// All numbers, row by row.
+    /// All elements of the array as numbers, row by row.
     pub numbers: Vec<f64>,
 }
 
 impl Array {
-    /// Texts in the rows, which end at a zero.
+    /// Returns the rows of the array as texts, each up to the first zero byte.
     pub fn texts(&self) -> Vec<String> {
         let rows = self.numbers.chunks(self.columns.max(1));
         rows.map(|row| {
@@ -253,7 +256,7 @@ impl Array {
     }
 }
 
-/// Place of an array in a file.
+/// Location and type of an array in a GSD file.
 #[derive(Clone, Debug)]
 struct Place {
     number: Number,
@@ -261,7 +264,7 @@ struct Place {
     bytes: Range<usize>,
 }
 
-/// File that is read.
+/// GSD file opened for reading: its index of arrays, schema and number of frames.
 #[derive(Clone, Debug)]
 pub struct GsdFile<'a> {
     bytes: &'a [u8],
@@ -271,7 +274,8 @@ pub struct GsdFile<'a> {
 }
 
 impl<'a> GsdFile<'a> {
-    /// Reads the index of a file; `None` if it is no GSD file, or a damaged one.
+    /// Reads the index of a GSD file from its bytes; `None` if they are no GSD file, or a damaged
+    /// one.
     pub fn read(bytes: &'a [u8]) -> Option<Self> {
         let number = |at: usize, size: usize| -> Option<u64> {
             let mut all = [0; 8];
@@ -330,17 +334,18 @@ impl<'a> GsdFile<'a> {
         })
     }
 
-    /// Name of the schema.
+    /// Returns the name of the schema of the GSD file, such as `hoomd`.
     pub fn schema(&self) -> &str {
         &self.schema
     }
 
-    /// Number of frames.
+    /// Returns the number of frames in the GSD file.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Array of a frame; `None` if the frame does not have it.
+    /// Returns the array with a name in a frame of the GSD file; `None` if the frame does not have
+    /// it.
     pub fn array(&self, frame: u64, name: &str) -> Option<Array> {
         let place = self.places.get(&(frame, name.to_owned()))?;
         let bytes = self.bytes.get(place.bytes.clone())?;

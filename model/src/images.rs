@@ -1,4 +1,5 @@
-//! The map of periodic images: where the images of a particle are, and how fast they move.
+//! Map of periodic images of a box: positions and velocities of the images of a particle, at rest
+//! or sliding in a shear flow.
 //!
 //! Everything that wraps a position, looks for a nearest image or shifts a copy asks here. In a box
 //! under uniform shear (Lees & Edwards, J. Phys. C 5, 1921 (1972), doi:10.1088/0022-3719/5/15/006)
@@ -10,18 +11,19 @@ use serde::{Deserialize, Serialize};
 use crate::invalid::InvalidValue;
 use crate::space::Space;
 
-/// Uniform shear flow u = (a y, 0): gradient along the second axis, flow along the first.
+/// Uniform shear flow u = (a y, 0), with the flow along the first axis and its gradient along the
+/// second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shear {
-    /// Shear rate a \[1/time\]; not zero.
+    /// Shear rate a of the flow \[1/time\]; not zero.
     pub rate: f64,
-    /// Displacement of the box above along the first axis, from 0 to the width of the box
-    /// \[length\].
+    /// Displacement of the periodic image above along the first axis, from 0 to the width of the
+    /// box \[length\].
     pub offset: f64,
 }
 
 impl Shear {
-    /// Creates a shear flow whose boxes are aligned.
+    /// Creates a shear flow whose periodic images are not yet displaced.
     ///
     /// # Errors
     /// [`InvalidValue`] if the rate is zero or not finite.
@@ -32,24 +34,24 @@ impl Shear {
     }
 }
 
-/// Displacement of an image from its original.
+/// Displacement and relative velocity of a periodic image of a particle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Image<V> {
-    /// Position of the image less the position of the original \[length\].
+    /// Displacement of the image from the original particle \[length\].
     pub position: V,
-    /// Velocity of the image less the velocity of the original \[length/time\]; zero for peculiar
+    /// Velocity of the image relative to the original particle \[length/time\]; zero for peculiar
     /// velocities.
     pub velocity: V,
 }
 
-/// Nearest image of a difference of coordinates, for a period along one axis: from -period/2 to
-/// period/2 \[length\].
+/// Returns the nearest periodic image of a difference of coordinates, for a period along one axis:
+/// from -period/2 to period/2 \[length\].
 #[inline(always)]
 pub fn nearest(difference: f64, period: f64) -> f64 {
     difference - period * (difference / period).round()
 }
 
-/// Image of a coordinate in `[0, period)` \[length\].
+/// Returns the periodic image of a coordinate in `[0, period)` \[length\].
 #[inline(always)]
 pub fn wrapped(x: f64, period: f64) -> f64 {
     if (0.0..period).contains(&x) {
@@ -60,8 +62,8 @@ pub fn wrapped(x: f64, period: f64) -> f64 {
     if inside < period { inside } else { 0.0 }
 }
 
-/// Nearest image of the difference of two coordinates in a box, for a period and its half
-/// \[length\]: without a branch or a division.
+/// Returns the nearest periodic image of the difference of two coordinates in a box, for a period
+/// and its half \[length\]: without a branch or a division.
 #[inline(always)]
 pub fn nearest_inside(difference: f64, period: f64, half: f64) -> f64 {
     let image = if difference > half { period } else { 0.0 };
@@ -69,7 +71,8 @@ pub fn nearest_inside(difference: f64, period: f64, half: f64) -> f64 {
     difference - image
 }
 
-/// Image of a coordinate in `[0, period]` \[length\]: a coordinate at the far edge is unchanged.
+/// Returns the periodic image of a coordinate in `[0, period]` \[length\]: a coordinate at the far
+/// edge is unchanged.
 pub fn wrapped_or_edge(x: f64, period: f64) -> f64 {
     if (0.0..=period).contains(&x) {
         return x;
@@ -78,19 +81,20 @@ pub fn wrapped_or_edge(x: f64, period: f64) -> f64 {
     if inside < period { inside } else { 0.0 }
 }
 
-/// Periodic images of a box.
+/// Map of the periodic images of a box, with its sides, periodic axes and shear flow.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Images<S: Space> {
     lengths: S::Vector,
-    /// Periodicity by axis; true beyond the dimension.
+    /// True for each axis along which the box is periodic, and for axes beyond the dimension.
     periodic: [bool; 3],
-    /// Uniform shear, if the boxes above and below slide.
+    /// Uniform shear flow, in which the boxes above and below slide; `None` without.
     shear: Option<Shear>,
 }
 
 impl<S: Space> Images<S> {
-    /// Creates the images of a box with these sides, along the axes that are periodic.
+    /// Creates the map of periodic images of a box with the sides `lengths` \[length\], along its
+    /// periodic axes.
     pub fn new(lengths: S::Vector, periodic: [bool; 3]) -> Self {
         Self {
             lengths,
@@ -99,31 +103,32 @@ impl<S: Space> Images<S> {
         }
     }
 
-    /// Returns these images in uniform shear flow.
+    /// Returns the map of periodic images in a uniform shear flow; without flow for `None`.
     #[must_use]
     pub fn sheared(self, shear: Option<Shear>) -> Self {
         Self { shear, ..self }
     }
 
-    /// Side lengths \[length\].
+    /// Returns the side lengths of the box \[length\].
     #[inline]
     pub fn lengths(&self) -> S::Vector {
         self.lengths
     }
 
-    /// Returns true if there are images along an axis.
+    /// Returns true if the box has periodic images along an axis.
     #[inline]
     pub fn is_periodic(&self, axis: usize) -> bool {
         self.periodic[axis]
     }
 
-    /// Returns the uniform shear, if the boxes above and below slide.
+    /// Returns the uniform shear flow in which the boxes above and below slide; `None` without.
     #[inline]
     pub fn shear(&self) -> Option<Shear> {
         self.shear
     }
 
-    /// Moves the images by a time: sliding boxes are displaced.
+    /// Advances the periodic images by a time \[time\]: in a shear flow the boxes above and below
+    /// slide.
     pub fn advance(&mut self, duration: f64) {
         if let Some(shear) = &mut self.shear {
             let way = shear.rate * self.lengths[1] * duration;
@@ -131,7 +136,8 @@ impl<S: Space> Images<S> {
         }
     }
 
-    /// Displacement and velocity of the image in the box that is `boxes` away along each axis.
+    /// Returns displacement and relative velocity of the periodic image in the box that is `boxes`
+    /// away along each axis.
     #[inline]
     pub fn image(&self, boxes: [f64; 3]) -> Image<S::Vector> {
         let mut position = S::from_components(|axis| boxes[axis] * self.lengths[axis]);
@@ -143,15 +149,15 @@ impl<S: Space> Images<S> {
         Image { position, velocity }
     }
 
-    /// Difference of the flow velocities at two points `distance` apart along the gradient
-    /// \[length/time\].
+    /// Returns the difference of the flow velocities at two points `distance` apart along the
+    /// gradient \[length/time\].
     #[inline]
     pub fn flow(&self, distance: f64) -> f64 {
         self.shear.map_or(0.0, |shear| shear.rate * distance)
     }
 
-    /// Returns the image of a position with every component in `[0, length)`, along the axes that
-    /// are periodic.
+    /// Returns a position wrapped into the box: every coordinate in `[0, length)` along the
+    /// periodic axes.
     #[inline]
     pub fn wrap(&self, mut position: S::Vector) -> S::Vector {
         if let Some(shear) = self.shear {
@@ -166,8 +172,8 @@ impl<S: Space> Images<S> {
         position
     }
 
-    /// Returns the nearest image of a difference of positions; in a narrow box under shear, one of
-    /// the nearest.
+    /// Returns the nearest periodic image of a difference of positions \[length\]; in a narrow box
+    /// under shear, one of the nearest.
     #[inline]
     pub fn nearest(&self, mut difference: S::Vector) -> S::Vector {
         if let Some(shear) = self.shear {
@@ -181,8 +187,8 @@ impl<S: Space> Images<S> {
         difference
     }
 
-    /// Returns the nearest image of a difference of positions in the box or a little outside: a
-    /// branch that is seldom taken instead of a division.
+    /// Returns the nearest periodic image of a difference of positions in the box or a little
+    /// outside \[length\]: by a branch that is seldom taken instead of a division.
     #[inline(always)]
     pub fn nearest_of_near(&self, difference: S::Vector) -> S::Vector {
         if self.shear.is_some() {

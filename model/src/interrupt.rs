@@ -1,12 +1,13 @@
-//! Interrupts: requests to end long work early.
+//! Interrupts: flags by which other threads ask long work to end early or to pause.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Pieces of work between two checks of the interrupt, where one takes some nanoseconds.
+/// Number of pieces of work between two checks of the interrupt, where one piece takes some
+/// nanoseconds.
 const BETWEEN_LOOKS: u64 = 1024;
 
-/// Asks long work to end early. Clones are the same interrupt.
+/// Flag that asks long work to end early. Clones share the same flag.
 ///
 /// Work checks it several times a second, and leaves nothing behind that could be taken for a
 /// result.
@@ -30,38 +31,38 @@ struct Shared {
 }
 
 impl Interrupt {
-    /// Requests the end of work, now and forever.
+    /// Raises the interrupt: asks work to end, for good.
     pub fn raise(&self) {
         self.0.raised.store(true, Ordering::Relaxed);
     }
 
-    /// Returns true if the end was requested.
+    /// Returns true if the interrupt was raised, so that work should end.
     #[inline]
     pub fn is_raised(&self) -> bool {
         self.0.raised.load(Ordering::Relaxed)
     }
 
-    /// Returns true if the end was requested, checking once in a thousand pieces of work, by their
-    /// `number`.
+    /// Returns true if the interrupt was raised; checks only at every thousandth piece of work, by
+    /// its `number`.
     #[inline]
     pub fn is_raised_at(&self, number: u64) -> bool {
         number % BETWEEN_LOOKS == BETWEEN_LOOKS - 1 && self.is_raised()
     }
 
-    /// Marks that something is being saved, as long as the value lives.
+    /// Marks that data are being saved, until the returned guard is dropped.
     #[must_use]
     pub fn hold(&self) -> Hold<'_> {
         self.0.holds.fetch_add(1, Ordering::SeqCst);
         Hold(self)
     }
 
-    /// Returns true if something is being saved, so that the process should not be ended now.
+    /// Returns true if data are being saved, so that the process should not be ended now.
     pub fn is_held(&self) -> bool {
         self.0.holds.load(Ordering::SeqCst) > 0
     }
 }
 
-/// Guard that marks a save in progress; made by [`Interrupt::hold`].
+/// Guard that marks a save in progress while it lives; created by [`Interrupt::hold`].
 #[derive(Debug)]
 pub struct Hold<'a>(&'a Interrupt);
 
@@ -71,7 +72,8 @@ impl Drop for Hold<'_> {
     }
 }
 
-/// Interrupt and pause of an engine, and whether work has ended because of the interrupt.
+/// Interrupt and pause flag of an engine, with the state whether work has ended because of the
+/// interrupt.
 #[derive(Clone, Debug, Default)]
 pub struct Interruption {
     interrupt: Interrupt,
@@ -80,12 +82,12 @@ pub struct Interruption {
 }
 
 impl Interruption {
-    /// Sets the interrupt that ends work.
+    /// Sets the interrupt that ends the engine's work.
     pub fn on(&mut self, interrupt: &Interrupt) {
         self.interrupt = interrupt.clone();
     }
 
-    /// Sets the interrupt that asks for a pause, after which work can resume.
+    /// Sets the flag that asks for a pause, after which the engine's work can resume.
     pub fn set_pause_flag(&mut self, pause: &Interrupt) {
         self.pause = pause.clone();
     }
@@ -95,19 +97,20 @@ impl Interruption {
         self.pause.is_raised()
     }
 
-    /// Returns the interrupt that work checks.
+    /// Returns the interrupt that the engine's work checks.
     pub fn interrupt(&self) -> &Interrupt {
         &self.interrupt
     }
 
-    /// Returns true if work has ended early; if the interrupt is raised now, it has from now on.
+    /// Checks the interrupt: returns true if it is raised or work has ended before, and remembers
+    /// that work has ended.
     #[inline]
     pub fn ends(&mut self) -> bool {
         self.has_ended |= self.interrupt.is_raised();
         self.has_ended
     }
 
-    /// Returns true if work has ended early.
+    /// Returns true if work has ended early because of the interrupt.
     pub fn has_ended(&self) -> bool {
         self.has_ended
     }

@@ -1,22 +1,22 @@
-//! Error of constructors that are given a number out of range.
+//! Error that a number is outside its allowed range, for constructors of laws, sizes and boxes.
 
 use crate::format_short;
 
-/// Number that a law, a size or a box cannot have.
+/// Error that a number of a law, a size or a box is outside its allowed range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{quantity} is {found}; allowed: {allowed}", found = format_short(*found))]
 #[non_exhaustive]
 pub struct InvalidValue {
-    /// Name of the quantity.
+    /// Name of the quantity with the invalid value.
     pub quantity: &'static str,
-    /// Value found.
+    /// Invalid value that was given.
     pub found: f64,
-    /// Allowed values.
+    /// Description of the allowed values.
     pub allowed: &'static str,
 }
 
 impl InvalidValue {
-    /// Creates the error, for other crates.
+    /// Creates the error that a quantity has an invalid value.
     pub fn new(quantity: &'static str, found: f64, allowed: &'static str) -> Self {
         Self {
             quantity,
@@ -25,7 +25,8 @@ impl InvalidValue {
         }
     }
 
-    /// Returns the number `found` if it is allowed, an error otherwise.
+    /// Returns the number `found` of a quantity if it is allowed, and the error that it is invalid
+    /// otherwise.
     ///
     /// # Errors
     /// [`InvalidValue`] unless `is_allowed`.
@@ -42,7 +43,8 @@ impl InvalidValue {
         }
     }
 
-    /// Returns a finite number above zero, an error otherwise.
+    /// Returns the number `found` of a quantity if it is finite and above zero, and the error that
+    /// it is invalid otherwise.
     ///
     /// # Errors
     /// [`InvalidValue`] for all others.

@@ -9,10 +9,11 @@ use std::f64::consts::PI;
 
 pub mod spheres;
 
-/// Close packing of equal disks, pi/(2 sqrt 3).
+/// Packing fraction of equal disks at close packing, pi/(2 sqrt 3).
 pub const CLOSE_PACKING: f64 = 0.906_899_682_117_089_3;
 
-/// Random close packing of equal disks as used by Luding, Müller & McNamara (1998).
+/// Packing fraction of equal disks at random close packing, as used by Luding, Müller & McNamara
+/// (1998).
 pub const RANDOM_CLOSE_PACKING: f64 = 0.82;
 
 /// Packing fraction at which the disordered fluid of equal hard disks begins to order, about 0.70
@@ -78,7 +79,7 @@ pub fn mixture_contact_value(
     point + (equal - point) * 2.0 * i * j * moment_ratio / (i + j)
 }
 
-/// Compressibility factor of a gas of inelastic disks, p/(nT) = 1 + (1 + r) phi chi.
+/// Computes the compressibility factor of a gas of inelastic disks, p/(nT) = 1 + (1 + r) phi chi.
 pub fn compressibility_factor(packing_fraction: f64, restitution: f64) -> f64 {
     1.0 + (1.0 + restitution) * packing_fraction * contact_value(packing_fraction)
 }
@@ -152,8 +153,8 @@ pub fn haff_collisions(dimension: usize, restitution: f64, time_over_haff: f64) 
     2.0 * dimension as f64 / rate * (1.0 + 3.0 * a2 / 16.0).mul_add(time_over_haff, 1.0).ln()
 }
 
-/// Rate at which disks forget their velocity, `nu = omega (1 + r)/2` in units of sqrt(T/m)/d: by it
-/// the velocity correlation of a gas in a steady state begins to decay. The self-diffusion
+/// Rate at which disks forget their velocity, `nu = omega (1 + r)/2` in units of sqrt(T/m)/d. The
+/// velocity correlation of a gas in a steady state begins to decay at this rate. The self-diffusion
 /// coefficient in first Sonine order is `D = T/(m nu)` (Bodrova & Osinsky 2024 for mixtures in
 /// three dimensions; here for equal disks).
 ///
@@ -170,7 +171,7 @@ pub fn velocity_decay(packing_fraction: f64, contact_value: f64, restitution: f6
     0.5 * (1.0 + restitution) * collision_rate(packing_fraction, contact_value, 0.0)
 }
 
-/// Returns x - 1 + exp(-x), accurate for small x too.
+/// Computes x - 1 + exp(-x), accurate for small x too.
 fn delayed(x: f64) -> f64 {
     if x < 1e-3 {
         // The next term is below 1e-13 of the first.

@@ -1,4 +1,5 @@
-//! Parts that both engines of stosszahl share, so that a comparison between them is meaningful.
+//! Physical model that both engines of stosszahl share: collision law, sizes, box, walls, initial
+//! states, random streams and kinetic theory.
 //!
 //! The event-driven and the Monte Carlo engine must agree on everything but the one question under
 //! study: *which particles collide, and with which impact parameter*. So this crate holds, once,

@@ -1,5 +1,5 @@
-//! Memory hints beyond the language: large pages, prefetch of cache lines, and the return of freed
-//! blocks.
+//! Memory hints to operating system and processor: large pages, prefetch of cache lines, and the
+//! return of freed blocks.
 //!
 //! All of it is hints that change no value, and the only unsafe code of the engines but for the
 //! choice of instructions in the event-driven one.
@@ -8,25 +8,27 @@
     reason = "hints to the hardware, the kernel and the allocator have no safe interface"
 )]
 
-/// Prefetches an element that will be needed soon; harmless where there is none, so that no caller
-/// has to check.
+/// Prefetches an element of a slice that will be needed soon into the second-level cache; harmless
+/// where there is none, so that no caller has to check.
 ///
 /// The second-level cache is used, because the first one of some processors drops requests when
 /// twenty are under way.
 #[inline(always)]
 pub fn prefetch<T>(slice: &[T], index: usize) {
-    request::<T, 2>(slice, index);
+    prefetch_into::<T, 2>(slice, index);
 }
 
-/// Prefetches an element that is needed next into the first cache; [`prefetch`] uses the second.
+/// Prefetches an element of a slice that is needed next into the first-level cache; [`prefetch`]
+/// uses the second.
 #[inline(always)]
 pub fn prefetch_next<T>(slice: &[T], index: usize) {
-    request::<T, 3>(slice, index);
+    prefetch_into::<T, 3>(slice, index);
 }
 
-/// Prefetches an element into the first (3) or the second (2) cache, as processors number them.
+/// Prefetches an element of a slice into the cache of the given level: `CACHE` is 3 for the first
+/// and 2 for the second, as processors number them.
 #[inline(always)]
-fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
+fn prefetch_into<T, const CACHE: i32>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         let element = slice.as_ptr().wrapping_add(index);
@@ -38,7 +40,7 @@ fn request<T, const CACHE: i32>(slice: &[T], index: usize) {
     let _ = (slice, index);
 }
 
-/// Returns an empty vector with room for `capacity` elements, on large pages where the system
+/// Returns an empty vector with memory for `capacity` elements, on large pages where the system
 /// grants them.
 ///
 /// Disks collide in no helpful order, and each access to another small page costs a walk of the
@@ -67,16 +69,16 @@ pub fn reserved<T>(capacity: usize) -> Vec<T> {
     vector
 }
 
-/// Returns a vector of `count` copies of a value, allocated by [`reserved`].
+/// Returns a vector of `count` copies of a value, with memory on large pages as by [`reserved`].
 pub fn filled<T: Clone>(value: T, count: usize) -> Vec<T> {
     let mut vector = reserved(count);
     vector.resize(count, value);
     vector
 }
 
-/// Memory that this process can still take \[bytes\], `None` if the system
-/// does not tell: the lesser of the free memory of the machine and the rest of the process's own
-/// limit of address space (`ulimit -v`).
+/// Returns the memory that this process can still allocate \[bytes\]: the lesser of the free memory
+/// of the machine and the rest of the process's limit of address space (`ulimit -v`). `None` if the
+/// system does not tell.
 pub fn available() -> Option<f64> {
     let free = value_of("/proc/meminfo", "MemAvailable:")?;
     let limit = std::fs::read_to_string("/proc/self/limits").ok();
@@ -90,8 +92,8 @@ pub fn available() -> Option<f64> {
     Some(left.map_or(free, |(limit, taken)| free.min((limit - taken).max(0.0))))
 }
 
-/// Returns the value of a line of a system file that starts with `name` and counts kibibytes
-/// \[bytes\].
+/// Returns the number in the line of a system file that starts with `name`, converted from
+/// kibibytes \[bytes\].
 fn value_of(file: &str, name: &str) -> Option<f64> {
     let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
@@ -99,7 +101,8 @@ fn value_of(file: &str, name: &str) -> Option<f64> {
     Some(1024.0 * kibibytes)
 }
 
-/// Gives large blocks back to the system as soon as they are freed.
+/// Makes the allocator give large blocks back to the system as soon as they are freed; called at
+/// the start of a program.
 ///
 /// The GNU allocator keeps blocks of up to 32 MiB once it has seen one freed, for each thread by
 /// itself. A checkpoint is made of such blocks, so that with several threads the peak of the
@@ -107,7 +110,7 @@ fn value_of(file: &str, name: &str) -> Option<f64> {
 pub fn return_large_blocks() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     {
-        /// Block size from which memory goes back to the system at once \[bytes\].
+        /// Size of a block from which freed memory goes back to the system at once \[bytes\].
         const LARGE: libc::c_int = 1 << 20;
         // SAFETY: the two thresholds are those of the allocator, and change only where blocks come
         // from. Where it is refused, blocks are kept.

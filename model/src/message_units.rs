@@ -1,7 +1,6 @@
-//! Units of the numbers in messages.
+//! Units of the numbers in error messages: conversion from engine units to the units of a case.
 
-/// Units of a case, each as the size of one engine unit. Errors of engines are reported in these
-/// units.
+/// Units of a case, in which errors of engines are reported: each is the size of one engine unit.
 ///
 /// ```
 /// use stosszahl_model::MessageUnits;
@@ -11,16 +10,16 @@
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MessageUnits {
-    /// Engine unit of length, in lengths of the case.
+    /// Engine unit of length, in the case's unit of length.
     pub length: f64,
-    /// Engine unit of time, in units of time of the case.
+    /// Engine unit of time, in the case's unit of time.
     pub time: f64,
-    /// Engine unit of speed, in speeds of the case.
+    /// Engine unit of speed, in the case's unit of speed.
     pub speed: f64,
 }
 
 impl MessageUnits {
-    /// Scales the coordinates of a point \[length\].
+    /// Converts the coordinates of a position from engine units to the units of the case.
     #[must_use]
     pub fn scale_position<const D: usize>(&self, place: [f64; D]) -> [f64; D] {
         place.map(|coordinate| coordinate * self.length)

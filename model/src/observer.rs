@@ -86,7 +86,7 @@ impl<A: Observer> Observer for [A] {
     }
 }
 
-/// Observer made of a function of one collision.
+/// Observer made of a function that is called for each collision.
 pub struct EachCollision<F>(pub F);
 
 impl<F: FnMut(&Collision)> Observer for EachCollision<F> {
@@ -95,10 +95,10 @@ impl<F: FnMut(&Collision)> Observer for EachCollision<F> {
     }
 }
 
-/// Collisions of a batch: few enough to stay in the first two caches.
+/// Number of collisions in a batch for the observer: few enough to stay in the first two caches.
 const BATCH: usize = 256;
 
-/// Buffer in which engines record collisions; it passes them to the observer in batches.
+/// Buffer in which engines record collisions, and which passes them to the observer in batches.
 pub struct Recorder<'a> {
     observer: &'a mut dyn Observer,
     looks: bool,
@@ -106,7 +106,7 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Creates a recorder for an observer; it stores nothing if the observer needs no collisions.
+    /// Creates a recorder for an observer; it records nothing if the observer needs no collisions.
     pub fn new(observer: &'a mut dyn Observer) -> Self {
         let looks = observer.is_active();
         Self {
@@ -116,13 +116,13 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Returns true if the observer needs collisions.
+    /// Returns true if the observer of this recorder needs collisions.
     #[inline(always)]
     pub fn looks(&self) -> bool {
         self.looks
     }
 
-    /// Records a collision, which is computed only if the observer needs it.
+    /// Records a collision for the observer; it is computed only if the observer needs it.
     #[inline(always)]
     pub fn record(&mut self, collision: impl FnOnce() -> Collision) {
         if self.looks {
@@ -138,7 +138,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Passes on a batch that an engine has stored itself.
+    /// Passes a batch of collisions that an engine has stored itself to the observer, after those
+    /// recorded before.
     pub fn pass(&mut self, batch: &[Collision]) {
         if self.looks && !batch.is_empty() {
             self.flush();
@@ -146,7 +147,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Passes on the remaining collisions; engines call it at the end of an advance.
+    /// Passes the collisions still in the buffer to the observer; engines call it at the end of an
+    /// advance.
     pub fn flush(&mut self) {
         if !self.batch.is_empty() {
             self.observer.on_collisions(&self.batch);

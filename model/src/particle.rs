@@ -1,31 +1,31 @@
-//! Particle in the form that engines show to measurements and read from a start.
+//! Particle in the form that engines show to measurements, and that initial states are read in.
 
 use nalgebra::Vector3;
 
-/// Particle, or simulator of a Monte Carlo gas. In the plane the third component of vectors is
-/// zero, and the spin is the third component of its own.
+/// Particle of a gas, or simulator of a Monte Carlo gas. In two dimensions the third component of
+/// vectors is zero, and the spin is the third component of its own vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
-    /// Position \[length\], inside the box; the origin in gases without positions.
+    /// Position of the centre \[length\], inside the box; the origin in gases without positions.
     pub position: Vector3<f64>,
-    /// Velocity of the centre \[length/time\].
+    /// Velocity of the particle's centre \[length/time\].
     pub velocity: Vector3<f64>,
-    /// Angular velocity \[1/time\]; zero for smooth particles.
+    /// Angular velocity of the particle \[1/time\]; zero for smooth particles.
     pub spin: Vector3<f64>,
-    /// Radius of one particle \[length\].
+    /// Radius of the particle \[length\]; of one particle that a simulator stands for.
     pub radius: f64,
-    /// Mass of one particle \[mass\].
+    /// Mass of the particle \[mass\]; of one particle that a simulator stands for.
     pub mass: f64,
-    /// Energy of rotation, I w^2/2 \[energy\].
+    /// Kinetic energy of rotation, I w^2/2 \[energy\].
     pub spin_energy: f64,
-    /// Number of the species, from 0.
+    /// Number of the particle's species, from 0.
     pub species: u32,
-    /// Number of particles that a simulator stands for; 1 in exact dynamics.
+    /// Number of particles that a simulator stands for; 1 in event-driven dynamics.
     pub weight: f64,
 }
 
 impl Particle {
-    /// Creates a particle of a radius \[length\] and mass at rest at the origin.
+    /// Creates a particle of a radius \[length\] and a mass \[mass\] at rest at the origin.
     pub fn at_rest(radius: f64, mass: f64) -> Self {
         Self {
             position: Vector3::zeros(),

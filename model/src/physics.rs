@@ -1,4 +1,5 @@
-//! Trait bound of all engines, [`ParticleModel`], and the struct [`Scene`] that meets it.
+//! Particle model of a gas: the trait [`ParticleModel`] that engines require, and the struct
+//! [`Scene`] that implements it.
 
 use std::fmt::Debug;
 
@@ -8,38 +9,38 @@ use crate::sizes::Sizes;
 use crate::space::Space;
 use crate::surface::Surface;
 
-/// Everything physical that an engine must know at compile time.
+/// Particle model that an engine needs at compile time: dimension, contact laws, sizes and field.
 pub trait ParticleModel: Clone + Debug + Send + Sync + 'static {
-    /// Space in which particles move: plane or volume.
+    /// Space in which particles move: two or three dimensions.
     type Space: Space;
-    /// Tangential contact law.
+    /// Tangential contact law: smooth or rough particles.
     type Surface: Surface<Self::Space>;
-    /// Normal contact law.
+    /// Normal contact law: the coefficient of restitution.
     type Restitution: Restitution;
-    /// Radii and masses.
+    /// Radii, masses and species of the particles.
     type Sizes: Sizes;
-    /// Flight between collisions.
+    /// Law of free flight between collisions: straight, under gravity, or in a shear flow.
     type Field: Field<Self::Space>;
 
-    /// Returns the tangential contact law.
+    /// Returns the tangential contact law of the particles.
     fn surface(&self) -> &Self::Surface;
-    /// Returns the normal contact law.
+    /// Returns the normal contact law of the particles.
     fn restitution(&self) -> &Self::Restitution;
-    /// Returns the radii and masses.
+    /// Returns the radii, masses and species of the particles.
     fn sizes(&self) -> &Self::Sizes;
-    /// Returns the field of flight between collisions.
+    /// Returns the law of free flight between collisions.
     fn field(&self) -> &Self::Field;
-    /// Returns this physics for particles of other sizes.
+    /// Returns this particle model with other sizes.
     #[must_use]
     fn with_sizes(&self, sizes: Self::Sizes) -> Self;
 }
 
-/// Vector of positions and velocities of a physics.
+/// Type of positions and velocities in a particle model.
 pub type VectorOf<P> = <<P as ParticleModel>::Space as Space>::Vector;
-/// Spin of a particle of a physics; `()` for smooth particles.
+/// Type of the spin of a particle in a particle model; `()` for smooth particles.
 pub type SpinOf<P> = <<P as ParticleModel>::Surface as Surface<<P as ParticleModel>::Space>>::Spin;
 
-/// Dimension, contact laws, sizes and field of a gas, bundled.
+/// Particle model of a gas as a struct: dimension, contact laws, sizes and field.
 ///
 /// ```
 /// use stosszahl_model::{Constant, Free, Monodisperse, Plane, Scene, Smooth};
@@ -54,15 +55,15 @@ pub type SpinOf<P> = <<P as ParticleModel>::Surface as Surface<<P as ParticleMod
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene<S, C, R, Z, F> {
-    /// Space in which particles move: plane or volume.
+    /// Space in which particles move: two or three dimensions.
     pub space: S,
-    /// Tangential contact law.
+    /// Tangential contact law: smooth or rough particles.
     pub surface: C,
-    /// Normal contact law.
+    /// Normal contact law: the coefficient of restitution.
     pub restitution: R,
-    /// Radii and masses.
+    /// Radii, masses and species of the particles.
     pub sizes: Z,
-    /// Flight between collisions.
+    /// Law of free flight between collisions: straight, under gravity, or in a shear flow.
     pub field: F,
 }
 

@@ -15,40 +15,41 @@ use rand::rand_core::utils::fill_bytes_via_next_word;
 use rand::{SeedableRng, TryRng};
 pub use rand_xoshiro::Xoshiro256PlusPlus as Stream;
 
-/// Purpose of a stream; streams of different purposes are independent.
+/// Purpose of a random stream, part of its address; streams of different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
-    /// Positions of the initial state.
+    /// Random positions of the initial state.
     Placement = 1,
-    /// Velocities of the initial state.
+    /// Random velocities of the initial state.
     Velocities = 2,
-    /// Copies of a disk by several simulators.
+    /// Initial states of several simulators for each particle.
     Simulators = 3,
-    /// Collisions in cells; addressed by step and cell.
+    /// Collisions in Monte Carlo cells; addressed by step and cell.
     Collisions = 5,
-    /// Kicks of a bath; addressed by the number of the kick and the particle.
+    /// Random kicks of a thermal bath; addressed by the number of the kick and the particle.
     StochasticDrive = 6,
-    /// Pair selection and contacts of a gas without positions.
+    /// Selection and contacts of pairs in a gas without positions.
     Pairs = 7,
-    /// Rebounds from thermal walls.
+    /// Rebounds of particles from diffuse walls.
     Walls = 8,
-    /// Particles that flow in.
+    /// Particles that flow in through open faces.
     Inflow = 9,
-    /// Simulators split and merged where their weight changes.
+    /// Splitting and merging of simulators where their weight changes.
     Balance = 10,
-    /// Spins of the initial state.
+    /// Random spins of the initial state.
     Spins = 11,
 }
 
-/// Random streams of one replica.
+/// Random streams of one replica of a run, from which streams for every purpose and address are
+/// made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Streams {
     root: u64,
 }
 
-/// One round of the finaliser of Steele, Lea & Flood's `SplitMix` (2014): a bijection with full
-/// avalanche.
+/// Mixes the bits of a word: one round of the finaliser of Steele, Lea & Flood's `SplitMix` (2014),
+/// a bijection with full avalanche.
 #[inline]
 const fn mix(word: u64) -> u64 {
     let word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -56,14 +57,14 @@ const fn mix(word: u64) -> u64 {
     word ^ (word >> 31)
 }
 
-/// Absorbs one word of an address; the odd constant keeps zero from being a fixed point.
+/// Mixes one word of an address into a hash; the odd constant keeps zero from being a fixed point.
 #[inline]
 const fn absorb(state: u64, word: u64) -> u64 {
     mix(state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(word.wrapping_add(0x9e37_79b9_7f4a_7c15)))
 }
 
-/// Returns a number in \[0, 1) that is a hash of the bits of others: for a choice that depends on
-/// nothing else.
+/// Returns a hash of the bits of numbers as a fraction in \[0, 1), for a random choice that depends
+/// on nothing else.
 pub fn unit_hash<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
     let hash = numbers.fold(0, |state, number| absorb(state, number.to_bits()));
     // The 53 bits of a fraction.
@@ -71,14 +72,14 @@ pub fn unit_hash<'a>(numbers: impl Iterator<Item = &'a f64>) -> f64 {
 }
 
 impl Streams {
-    /// Creates the streams of a replica of a run.
+    /// Creates the random streams of a replica of a run.
     pub fn new(seed: u64, replica: u64) -> Self {
         Self {
             root: absorb(absorb(0, seed), replica),
         }
     }
 
-    /// Returns streams for one of several users that must not share theirs.
+    /// Returns random streams for one of several users that must not share theirs, by its number.
     #[must_use]
     pub fn branch(&self, user: u64) -> Self {
         Self {
@@ -86,7 +87,7 @@ impl Streams {
         }
     }
 
-    /// Returns the stream at an address.
+    /// Returns the random stream for a purpose at an address.
     #[inline]
     pub fn stream_at(&self, purpose: Purpose, address: [u64; 2]) -> Stream {
         let key = absorb(
@@ -96,7 +97,8 @@ impl Streams {
         Stream::seed_from_u64(key)
     }
 
-    /// Returns many short streams that share the first part of their address.
+    /// Returns a bundle of many short random streams that share purpose and first half of their
+    /// address.
     #[inline]
     pub fn bundle(&self, purpose: Purpose, first: u64) -> StreamBundle {
         let key = absorb(absorb(self.root, purpose as u64), first);
@@ -106,7 +108,8 @@ impl Streams {
     }
 }
 
-/// Short streams that share purpose and first half of the address.
+/// Bundle of short random streams that share purpose and first half of their address, and are
+/// created quickly.
 ///
 /// Where each stream gives only some ten numbers, the cost of creating it counts. Both words of a
 /// stream are hashes of the second half of the address, counted from two roots of 64 bits that are
@@ -117,7 +120,7 @@ pub struct StreamBundle {
 }
 
 impl StreamBundle {
-    /// Returns the stream at the second half of the address.
+    /// Returns the short random stream of the bundle at the second half of an address.
     #[inline]
     pub fn stream_at(&self, second: u64) -> ShortStream {
         let place = second.wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -125,16 +128,17 @@ impl StreamBundle {
     }
 }
 
-/// A xoroshiro128++ generator (Blackman & Vigna 2021), with the bits of the one in `rand_xoshiro`.
-/// The constructor of `rand_xoshiro` is not inlined: a call for each cell cost Monte Carlo a
-/// twentieth of its speed.
+/// Random generator xoroshiro128++ (Blackman & Vigna 2021) for short streams, with the bits of the
+/// one in `rand_xoshiro`. The constructor of `rand_xoshiro` is not inlined: a call for each cell
+/// cost Monte Carlo a twentieth of its speed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShortStream {
     words: [u64; 2],
 }
 
 impl ShortStream {
-    /// Creates a generator from two words; two zeros, which would give only zeros, are replaced.
+    /// Creates a random generator from two words of state; two zeros, which would give only zeros,
+    /// are replaced.
     #[inline]
     const fn new(words: [u64; 2]) -> Self {
         let words = if words[0] | words[1] == 0 {

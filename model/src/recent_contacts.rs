@@ -1,24 +1,26 @@
-//! Particles that take part in most of the latest contacts.
+//! Statistics of the latest contacts of an event-driven engine: the particles that take part in
+//! most of them, as in inelastic collapse.
 
 use std::collections::BTreeMap;
 
-/// Latest contacts of an event-driven engine, which show where its time goes.
+/// Statistics of the latest contacts of an event-driven engine, which show where its time goes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecentContacts {
-    /// Number of contacts examined.
+    /// Number of latest contacts that were examined.
     pub contacts: usize,
-    /// Number of particles that took part in them.
+    /// Number of particles that took part in the latest contacts.
     pub involved: usize,
-    /// The fewest particles that make up half of all participations, the most frequent first, by
-    /// index.
+    /// Fewest particles that make up half of all participations in the latest contacts, by index,
+    /// the most frequent first.
     pub busiest: Vec<usize>,
-    /// Position of the first particle of `busiest` \[length\].
+    /// Position of the particle with the most contacts among the latest, the first of `busiest`
+    /// \[length\].
     pub place: [f64; 3],
 }
 
 impl RecentContacts {
-    /// Sums up contacts, each by the particles that took part in it: two, or one that touched a
-    /// wall.
+    /// Computes the statistics of contacts, each given by the particles that took part in it: two,
+    /// or one that touched a wall.
     ///
     /// ```
     /// use stosszahl_model::RecentContacts;

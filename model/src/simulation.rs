@@ -1,4 +1,5 @@
-//! The one interface of all engines, for measurements, programs and other languages.
+//! Common interface of all engines, the trait [`Simulation`], for measurements, programs and other
+//! languages.
 //!
 //! [`Simulation`] is object-safe and knows no type of a scene. Engines are instantiated for their
 //! physics inside their own crates and chosen at run time, once for each leg of a run: one virtual
@@ -27,28 +28,31 @@ use crate::state::State;
 use crate::sum::{DynReduction, ParticleReduction};
 use crate::walls::WallLedger;
 
-/// All particles at one time: the input of measurements and the start of engines.
+/// All particles of a gas at one time, with box and dimension: the input of measurements and the
+/// initial state of engines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Particles {
-    /// Time of the state \[time\].
+    /// Time of the gas at which the particles have this state \[time\].
     pub time: f64,
-    /// Dimension: 2 or 3.
+    /// Number of space dimensions, 2 or 3.
     pub dimension: usize,
     /// Sides of the box \[length\]; beyond the dimension, and without positions, zero.
     pub lengths: [f64; 3],
-    /// Periodicity by axis; true beyond the dimension.
+    /// True for each axis along which the box is periodic, and for axes beyond the dimension.
     pub periodic: [bool; 3],
-    /// Particles by index; an index means one particle at all times, unless particles come and go.
+    /// Particles by index; an index means the same particle at all times, unless particles come and
+    /// go.
     pub all: Vec<Particle>,
 }
 
 impl Particles {
-    /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
+    /// Returns the granular temperature T = <m v^2>/D of the particles \[energy\]; 0 without
+    /// particles.
     pub fn temperature(&self) -> f64 {
         self.moments().temperature(self.dimension)
     }
 
-    /// Returns the moments of the velocities.
+    /// Returns the second and fourth moments of the particles' velocities.
     pub fn moments(&self) -> VelocityMoments {
         let mut moments = VelocityMoments::default();
         for particle in &self.all {
@@ -57,15 +61,15 @@ impl Particles {
         moments
     }
 
-    /// Returns the map of periodic images, without shear; there are none along axes without a
-    /// length.
+    /// Returns the map of periodic images of the box, without shear; axes without a length have
+    /// none.
     pub fn images(&self) -> Images<Volume> {
         let periodic = [0, 1, 2].map(|axis| self.periodic[axis] && self.lengths[axis] > 0.0);
         Images::new(self.lengths.into(), periodic)
     }
 
-    /// Displacement of the box above along the first axis in a uniform shear flow, which is given
-    /// as it is at time 0, from 0 to the width of the box \[length\]; 0 without a flow or
+    /// Returns the displacement of the periodic image above along the first axis, from 0 to the
+    /// width of the box \[length\], in a uniform shear flow given at time 0. 0 without a flow or
     /// positions.
     pub fn shear_offset(&self, shear: Option<Shear>) -> f64 {
         let [width, height, _] = self.lengths;
@@ -77,14 +81,14 @@ impl Particles {
         }
     }
 
-    /// Area or volume of the box \[length^D\].
+    /// Returns the area or volume of the box \[length^D\].
     pub fn volume(&self) -> f64 {
         self.lengths[..self.dimension].iter().product()
     }
 }
 
-/// Moments of velocities. Their sums are exact, so that they do not depend on the order in which
-/// particles are added.
+/// Second and fourth moments of particle velocities, as exact sums, which do not depend on the
+/// order in which particles are added.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct VelocityMoments {
     count: ExactSum,
@@ -93,7 +97,7 @@ pub struct VelocityMoments {
 }
 
 impl VelocityMoments {
-    /// Moments of the bodies of a state.
+    /// Computes the velocity moments of the particles of a state.
     pub fn of_state<P: ParticleModel>(scene: &P, state: &State<P>) -> Self {
         let (sizes, mut moments) = (scene.sizes(), Self::default());
         for (index, body) in state.bodies.iter().enumerate() {
@@ -105,21 +109,21 @@ impl VelocityMoments {
         moments
     }
 
-    /// Adds `weight` particles whose `m v^2` is `square`.
+    /// Adds `weight` particles with `m v^2 = square` \[energy\] to the moments.
     pub fn add(&mut self, weight: f64, square: f64) {
         self.count.add(weight);
         self.second.add(weight * square);
         self.fourth.add(weight * square * square);
     }
 
-    /// `<m v^2>` and `<m^2 v^4>`; 0 for none.
+    /// Returns the means `<m v^2>` and `<m^2 v^4>`; 0 without particles.
     pub fn means(&self) -> [f64; 2] {
         let count = self.count.value();
         let count = if count > 0.0 { count } else { 1.0 };
         [&self.second, &self.fourth].map(|sum| sum.value() / count)
     }
 
-    /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
+    /// Returns the granular temperature T = <m v^2>/D \[energy\]; 0 without particles.
     pub fn temperature(&self, dimension: usize) -> f64 {
         self.means()[0] / dimension as f64
     }
@@ -145,22 +149,22 @@ impl ParticleReduction for VelocityMoments {
 pub enum Budget {
     /// No limit: the call ends when the time is reached.
     Unlimited,
-    /// One leg of a run: some seconds of work, counted in collisions or time steps. A leg is a
-    /// function of the checkpoint before it, so that a run stopped between two legs resumes to the
-    /// same bytes.
+    /// One leg of a run, the segment between two checkpoints: some seconds of work, counted in
+    /// collisions or time steps. A leg is a function of the checkpoint before it, so that a run
+    /// stopped between two legs resumes to the same bytes.
     Leg,
-    /// Number of pair collisions; Monte Carlo in cells stops at the end of the time step in which
-    /// it is reached.
+    /// Largest number of pair collisions; Monte Carlo in cells stops at the end of the time step in
+    /// which it is reached.
     Collisions(u64),
 }
 
-/// Collisions between two checks of [`Simulation::set_pause_flag`], of engines that go from
-/// collision to collision.
+/// Number of collisions between two checks of [`Simulation::set_pause_flag`], in engines that go
+/// from collision to collision.
 const BETWEEN_PAUSES: u64 = 50_000;
 
-/// Spends a budget of collisions at once or, if a pause may be asked for, in slices with a check
-/// after each. `advance` gets a number of collisions, and returns its outcome and whether the
-/// budget was all that ended it.
+/// Advances by a budget of collisions at once or, if there is a pause flag, in slices with a check
+/// after each. `advance` gets a number of collisions, and returns its outcome and true if only that
+/// number ended it.
 pub fn in_slices<T>(
     mut budget: u64,
     pause: Option<&Interrupt>,
@@ -176,30 +180,32 @@ pub fn in_slices<T>(
     }
 }
 
-/// Work done, in numbers that do not depend on the machine.
+/// Work counters of an engine, in numbers that do not depend on the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WorkCounters {
-    /// Pair collisions; of simulators where simulators collide.
+    /// Number of pair collisions since the start; of simulators in Monte Carlo.
     pub collisions: u64,
-    /// Named numbers, such as predictions per collision.
+    /// Further work counters by name, such as predictions per collision.
     pub numbers: BTreeMap<String, f64>,
 }
 
-/// Momentum and energy that one boundary has given to the gas so far.
+/// Momentum and energy that one boundary (wall, obstacle, opening or inflow) has given to the gas
+/// so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BoundaryFlux {
     /// Name of the face, obstacle or inflow.
     pub name: String,
-    /// Contacts with the boundary, or particles through it; negative where particles left.
+    /// Number of contacts with the boundary, or of particles through it; negative where particles
+    /// left.
     pub particles: f64,
-    /// Momentum given to the gas \[mass length/time\].
+    /// Momentum that the boundary has given to the gas \[mass length/time\].
     pub momentum: [f64; 3],
-    /// Kinetic energy given to the gas, including the energy of rotation \[energy\].
+    /// Kinetic energy that the boundary has given to the gas, rotation included \[energy\].
     pub energy: f64,
 }
 
 impl BoundaryFlux {
-    /// Converts the ledger of a wall or an obstacle.
+    /// Creates the boundary flux of a wall or an obstacle from its ledger.
     pub fn of_ledger<S: Space>(name: impl Into<String>, ledger: &WallLedger<S>) -> Self {
         Self {
             name: name.into(),
@@ -210,26 +216,26 @@ impl BoundaryFlux {
     }
 }
 
-/// Cluster sizes of a gas whose particles stick and break.
+/// Cluster sizes of a gas whose particles aggregate and break, with the counters of these events.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Census {
-    /// Number of monomers of a cluster and number of such clusters, sizes rising.
+    /// Numbers of clusters: pairs of monomer number and number of such clusters, sizes rising.
     pub sizes: Vec<(u32, u64)>,
-    /// Counters and energies of sticking and breaking so far, by name.
+    /// Counters and energies of aggregation and fragmentation so far, by name.
     pub ledger: BTreeMap<String, f64>,
 }
 
-/// Error of any engine that cannot start or continue.
+/// Error of any engine that cannot start or continue, without the engine's type.
 #[derive(Debug)]
 pub struct Failure(Box<dyn Error + Send + Sync>);
 
 impl Failure {
-    /// Wraps the error of an engine.
+    /// Wraps the error of an engine, whatever its type.
     pub fn new(error: impl Error + Send + Sync + 'static) -> Self {
         Self(Box::new(error))
     }
 
-    /// Returns the error of an engine, if it is of this type.
+    /// Returns the wrapped error if it is of the type `E`; `None` otherwise.
     pub fn downcast_ref<E: Error + 'static>(&self) -> Option<&E> {
         self.0.downcast_ref()
     }
@@ -247,24 +253,25 @@ impl Error for Failure {
     }
 }
 
-/// A gas that an engine advances in time.
+/// Common interface of all engines: a gas that is advanced in time, observed and saved.
 ///
 /// Measurements that an engine cannot make are `None`.
 pub trait Simulation: Send {
-    /// Current time \[time\].
+    /// Returns the current time of the gas \[time\].
     fn time(&self) -> f64;
 
-    /// Dimension: 2 or 3.
+    /// Returns the number of space dimensions, 2 or 3.
     fn dimension(&self) -> usize;
 
-    /// Number of particles, or of simulators.
+    /// Returns the number of particles, or of simulators in Monte Carlo.
     fn particle_count(&self) -> usize;
 
-    /// Number of particles that a simulator stands for, on average; 1 in exact dynamics.
+    /// Returns the mean number of particles that a simulator stands for; 1 in event-driven
+    /// dynamics.
     fn mean_weight(&self) -> f64;
 
-    /// Advances to a time, or until the budget is spent. True if the time was reached; never if it
-    /// was interrupted.
+    /// Advances the gas to a time, or until the budget of work is spent. True if the time was
+    /// reached; never if it was interrupted.
     ///
     /// # Errors
     /// [`Failure`] if the gas cannot be advanced, as in inelastic collapse; its state is then that
@@ -276,77 +283,78 @@ pub trait Simulation: Send {
         observer: &mut dyn Observer,
     ) -> Result<bool, Failure>;
 
-    /// Sets an interrupt that ends [`Self::advance`] early; it is checked several times a second.
+    /// Sets an interrupt that breaks off [`Self::advance`]; it is checked several times a second.
     fn set_stop_flag(&mut self, interrupt: &Interrupt);
 
-    /// Sets an interrupt that ends [`Self::advance`] early, between two collisions or steps: the
-    /// gas is then whole and can be advanced again. A pause changes no number: the next advance to
-    /// the same time ends with the bytes of a run without a pause, unless the gas is changed in
-    /// between. A checkpoint of a paused Monte Carlo gas continues with other random numbers.
+    /// Sets a pause flag that ends [`Self::advance`] early, between two collisions or steps: the
+    /// gas is then consistent and can be advanced again. A pause changes no number: the next
+    /// advance to the same time ends with the bytes of a run without a pause, unless the gas is
+    /// changed in between. A checkpoint of a paused Monte Carlo gas continues with other random
+    /// numbers.
     fn set_pause_flag(&mut self, pause: &Interrupt);
 
-    /// Sets the number of threads among which [`Self::advance`] may share its work, where that
-    /// pays. No number depends on it. Monte Carlo always uses all threads of the pool.
+    /// Sets the number of threads among which [`Self::advance`] may divide its work, where that is
+    /// faster. Results do not depend on it. Monte Carlo always uses all threads of the pool.
     fn use_threads(&mut self, _threads: usize) {}
 
-    /// Returns true if the interrupt broke an advance off. The state of the gas is then invalid,
+    /// Returns true if the interrupt broke off an advance. The state of the gas is then invalid,
     /// and it advances no further: a run resumes from the last checkpoint.
     fn is_interrupted(&self) -> bool;
 
     /// Calls `look` for every particle, in storage order (event-driven: in index order).
     fn visit_particles(&self, look: &mut dyn FnMut(&Particle));
 
-    /// Returns the gas at the current time, in the order of indices.
+    /// Returns all particles of the gas at the current time, in the order of indices.
     fn particles(&self) -> Particles;
 
-    /// Adds all particles to an empty sum, on all processes.
+    /// Adds all particles of the gas to an empty reduction, on all processes.
     fn reduce_particles(&self, sum: &mut dyn DynReduction) {
         self.visit_particles(&mut |particle| sum.add_particle(particle));
         sum.close_group(0);
     }
 
-    /// Adds all particles to an empty sum that also needs neighbours up to a distance `reach`
+    /// Adds all particles to an empty reduction that also needs neighbours up to a distance `reach`
     /// \[length\], with one group for each strip of the box. Particles of weight zero are not in
     /// the strip, but near it. Only positions and weights are given.
     fn reduce_neighbourhoods(&self, _reach: f64, sum: &mut dyn DynReduction) {
         self.reduce_particles(sum);
     }
 
-    /// Returns the moments of the velocities.
+    /// Returns the second and fourth moments of the particles' velocities.
     fn velocity_moments(&self) -> VelocityMoments {
         let mut moments = VelocityMoments::default();
         self.reduce_particles(&mut moments);
         moments
     }
 
-    /// Granular temperature T = <m v^2>/D \[energy\]; 0 for none.
+    /// Returns the granular temperature T = <m v^2>/D of the gas \[energy\]; 0 without particles.
     fn temperature(&self) -> f64 {
         self.velocity_moments().temperature(self.dimension())
     }
 
-    /// Adds a change \[length/time\] to the velocity of each particle, in the order of
-    /// [`Self::particles`]; particles beyond the list stay as they are.
+    /// Adds a velocity change \[length/time\] to each particle, in the order of
+    /// [`Self::particles`]; particles beyond the list do not change.
     ///
     /// # Errors
     /// [`Failure`] if a velocity is no finite number afterwards.
     fn add_velocities(&mut self, changes: &[Vector3<f64>]) -> Result<(), Failure>;
 
-    /// Multiplies all velocities by `factor`.
+    /// Multiplies the velocities of all particles by `factor`.
     ///
     /// # Errors
     /// [`Failure`] unless the factor is positive and finite.
     fn scale_velocities(&mut self, factor: f64) -> Result<(), Failure>;
 
-    /// Returns all data from which a run resumes to the same bytes, besides the arguments of the
-    /// constructor.
+    /// Returns a checkpoint as bytes: all data, besides the arguments of the constructor, from
+    /// which a run resumes to the same bytes.
     ///
     /// # Errors
     /// [`Failure`] if memory does not suffice.
     fn save_checkpoint(&self) -> Result<Vec<u8>, Failure>;
 
-    /// Returns the checkpoint of a gas that several processes hold, while each of them writes its
-    /// particles into a file of its own: file names begin with the path `stem`, and files carry the
-    /// fingerprint `run`. `None`, with nothing written, if one process holds the whole gas.
+    /// Writes the checkpoint of a gas that several processes hold: each writes its particles into a
+    /// file, whose name begins with the path `stem` and which carries the fingerprint `run`.
+    /// Returns the rest as bytes. `None`, with nothing written, if one process holds the whole gas.
     ///
     /// # Errors
     /// [`Failure`] if a process cannot write its file.
@@ -358,38 +366,41 @@ pub trait Simulation: Send {
         Ok(None)
     }
 
-    /// Returns the work done so far.
+    /// Returns the work counters of the engine since the start of the run.
     fn work_counters(&self) -> WorkCounters;
 
-    /// Returns the latest contacts, of engines that go from contact to contact; `None` if they are
-    /// unknown.
+    /// Returns statistics of the latest contacts, in engines that go from contact to contact;
+    /// `None` if they are unknown.
     fn recent_contacts(&self) -> Option<RecentContacts> {
         None
     }
 
-    /// Memory held \[bytes\].
+    /// Returns the memory that the engine occupies \[bytes\].
     fn memory_bytes(&self) -> usize;
 
-    /// Starts to track displacements from now on; false if this engine cannot.
+    /// Starts to measure displacements from now on; false if this engine cannot.
     fn track_displacements(&mut self) -> bool {
         false
     }
 
-    /// Displacement of each particle since [`Self::track_displacements`], across the edges of the
-    /// box, in the order of [`Self::particles`] \[length\].
+    /// Returns the displacement of each particle since [`Self::track_displacements`], unwrapped
+    /// across periodic faces, in the order of [`Self::particles`] \[length\]; `None` if not
+    /// measured.
     fn displacements(&self) -> Option<Vec<Vector3<f64>>> {
         None
     }
 
-    /// Mean of the squared [`Self::displacements`] \[length^2\]; `None` without particles.
+    /// Returns the mean of the squared [`Self::displacements`] \[length^2\]; `None` without
+    /// particles or if not measured.
     fn mean_squared_displacement(&self) -> Option<f64> {
         let all = self.displacements().filter(|all| !all.is_empty())?;
         let squares = all.iter().map(Vector3::norm_squared);
         Some(squares.sum::<f64>() / all.len() as f64)
     }
 
-    /// Displacements averaged over time, for the given particles and lags:
-    /// `<|R(t + lag) - R(t)|^2>` of each, summed over particles, and their squares summed.
+    /// Returns time-averaged squared displacements of the given particles for each lag: `<|R(t +
+    /// lag) - R(t)|^2>` of each particle, summed over particles, and the sum of their squares.
+    /// `None` if not recorded.
     fn time_averaged_displacements(
         &self,
         _particles: &[u32],
@@ -398,13 +409,13 @@ pub trait Simulation: Send {
         None
     }
 
-    /// Returns the momentum and energy that walls, obstacles, openings and inflows have given so
-    /// far; empty without them.
+    /// Returns the momentum and energy that each wall, obstacle, opening and inflow has given to
+    /// the gas so far; empty without them.
     fn boundary_fluxes(&self) -> Vec<BoundaryFlux> {
         Vec::new()
     }
 
-    /// Returns the cluster sizes, if particles stick and break.
+    /// Returns the cluster sizes if particles aggregate and break; `None` otherwise.
     fn cluster_sizes(&self) -> Option<Census> {
         None
     }

@@ -1,4 +1,4 @@
-//! Radius and mass, for the whole gas or for each particle.
+//! Sizes of particles, radius and mass: one for the whole gas, or one for each particle.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -8,56 +8,57 @@ use serde::de::DeserializeOwned;
 
 use crate::invalid::InvalidValue;
 
-/// Radius \[length\] and mass of the particles.
+/// Sizes of the particles of a gas: radius \[length\] and mass \[mass\], found by a tag.
 ///
 /// Engines that keep particles out of their first order carry a [`Sizes::Tag`] with each: nothing
 /// for equal particles, the index for unequal ones.
 pub trait Sizes: Clone + Debug + Send + Sync + 'static {
-    /// True if all particles are alike by type, so that pair factors are compile-time constants.
+    /// True if the type has one radius and mass for all particles, so that pair factors are
+    /// compile-time constants.
     const UNIFORM: bool;
-    /// True if a tag belongs to one particle only, so that none can be added.
+    /// True if a tag belongs to one particle only, so that no particle can be added.
     const INDIVIDUAL: bool;
-    /// Data that a particle carries to find its size.
+    /// Tag that an engine stores with each particle to find its size.
     type Tag: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
-    /// Returns the tag of the particle with the given index in the state.
+    /// Returns the size tag of the particle with an index in the state.
     fn tag_of(&self, index: usize) -> Self::Tag;
-    /// Returns the index of a particle in the state; `order`, its index in memory, counts
-    /// where equal particles carry no index.
+    /// Returns the index in the state of a particle with a size tag; `order`, its index in memory,
+    /// is used where equal particles store no index.
     fn index_of(tag: Self::Tag, order: usize) -> usize;
-    /// Returns the sizes of `times` copies of the gas, one after the other.
+    /// Returns the sizes of `times` copies of the gas, one copy after the other.
     #[must_use]
     fn repeat_sizes(&self, times: usize) -> Self;
-    /// Radius of a particle \[length\].
+    /// Returns the radius of a particle with a size tag \[length\].
     fn radius(&self, tag: Self::Tag) -> f64;
-    /// Mass of a particle.
+    /// Returns the mass of a particle with a size tag \[mass\].
     fn mass(&self, tag: Self::Tag) -> f64;
-    /// Largest radius of all particles \[length\].
+    /// Returns the largest radius of all particles \[length\].
     fn largest_radius(&self) -> f64;
-    /// Returns true if all particles have one radius and one mass, as in a single species.
+    /// Returns true if all particles have the same radius and mass, as in a single species.
     #[inline]
     fn are_equal(&self) -> bool {
         Self::UNIFORM
     }
-    /// Returns the species of a particle, from 0; 0 if there is only one.
+    /// Returns the species of a particle with a size tag, from 0; 0 if there is only one.
     #[inline]
     fn species_of(&self, _tag: Self::Tag) -> u32 {
         0
     }
-    /// Number of the block of like particles in the state that a particle belongs to, where they
-    /// follow each other in blocks: of a repeated mixture, each copy of a species is one.
+    /// Returns the number of the block of equal particles in the state to which a particle belongs;
+    /// in a repeated mixture, each copy of a species is one block.
     #[inline]
     fn block_of(&self, tag: Self::Tag) -> u32 {
         self.species_of(tag)
     }
 }
 
-/// One radius and one mass for all particles.
+/// Sizes of equal particles: one radius and one mass for all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Monodisperse {
     /// Radius of every particle \[length\].
     pub radius: f64,
-    /// Mass of every particle.
+    /// Mass of every particle \[mass\].
     pub mass: f64,
 }
 
@@ -88,19 +89,20 @@ impl Sizes for Monodisperse {
     }
 }
 
-/// Every particle with its own radius and mass; cheap to clone, as replicas share the arrays.
+/// Sizes of individual particles: a radius and mass for each; cheap to clone, as replicas share the
+/// arrays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polydisperse {
     sizes: Arc<[(f64, f64)]>,
-    /// Species of each particle; `None` if all are of one species.
+    /// Species number of each particle; `None` if all are of one species.
     kinds: Option<Arc<[u32]>>,
     largest: f64,
-    /// True if all particles have one radius and mass.
+    /// True if all particles have the same radius and mass.
     equal: bool,
 }
 
 impl Polydisperse {
-    /// Creates sizes from (radius, mass) of each particle, in the order of the state.
+    /// Creates individual sizes from radius and mass of each particle, in the order of the state.
     ///
     /// # Errors
     /// [`InvalidValue`] if a value is not positive and finite, or there is none.
@@ -120,7 +122,7 @@ impl Polydisperse {
         })
     }
 
-    /// Returns these sizes with the number of the species of each particle.
+    /// Returns these sizes with a species number for each particle.
     ///
     /// # Errors
     /// [`InvalidValue`] unless there is one for each particle.
@@ -136,7 +138,7 @@ impl Polydisperse {
 }
 
 impl Polydisperse {
-    /// Returns (radius, mass) of each particle, in the order of the state.
+    /// Returns the radius \[length\] and mass \[mass\] of each particle, in the order of the state.
     pub fn pairs(&self) -> &[(f64, f64)] {
         &self.sizes
     }

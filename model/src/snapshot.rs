@@ -1,4 +1,5 @@
-//! Exact snapshots: everything needed to continue a run to the same bytes.
+//! Snapshot files: everything needed to continue a run to the same bytes, with checksum and
+//! fingerprint of the run.
 //!
 //! Layout, little-endian: 8 bytes magic, format (u32), payload length (u64), fingerprint of the run
 //! (32 bytes), BLAKE3 hash of the payload (32 bytes), payload (postcard: f64 as their 8 bytes). A
@@ -17,58 +18,57 @@ const MAGIC: &[u8; 8] = b"STOSSZHL";
 const FORMAT: u32 = 3;
 const EXPECTED: &str = "format 3";
 const HEADER: usize = 8 + 4 + 8 + 32 + 32;
-/// Size of the write buffer \[bytes\].
+/// Size of the buffer for writing a snapshot file \[bytes\].
 const BUFFER: usize = 1 << 16;
 
-/// Identifier of the run of a snapshot: a hash of the case and of all other inputs that decide its
-/// numbers.
+/// Fingerprint of a run: a hash of the case and of all other inputs that decide its numbers.
 pub type Fingerprint = [u8; 32];
 
 /// BLAKE3 hash of the payload of a snapshot.
 pub type Checksum = [u8; 32];
 
-/// Reason why a snapshot could not be written or read.
+/// Error why a snapshot file could not be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SnapshotError {
-    /// The file could not be written or read.
+    /// The snapshot file could not be written or read.
     #[error("{}: {source}", path.display())]
     File {
-        /// Path of the file.
+        /// Path of the snapshot file that could not be written or read.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
     },
-    /// The file is not a snapshot, damaged, or of another format.
+    /// The file is not a snapshot, damaged, or of another format version.
     #[error("{}: not a usable snapshot: {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
     Damaged {
-        /// Path of the file.
+        /// Path of the file that is no valid snapshot.
         path: PathBuf,
-        /// Content found.
+        /// Content found in the file.
         found: String,
-        /// Expected content.
+        /// Content that a snapshot file should have.
         expected: &'static str,
     },
-    /// The snapshot is of another case, point of a sweep, seed or version.
+    /// The snapshot belongs to another case, point of a sweep, seed or program version.
     #[error("{}: the snapshot belongs to another run (case, point, seed or version differ)", path.display())]
     Foreign {
-        /// Path of the file.
+        /// Path of the snapshot that belongs to another run.
         path: PathBuf,
     },
-    /// The snapshot is of this run, but of another replica or engine in it.
+    /// The snapshot belongs to this run, but to another replica or engine in it.
     #[error("{}: holds {found}; expected {expected}; without this file its part of the run begins anew", path.display())]
     Misplaced {
-        /// Path of the file.
+        /// Path of the snapshot that belongs to another replica or engine.
         path: PathBuf,
         /// Replica, engine, point and seed that the file was written for.
         found: String,
-        /// Replica, engine, point and seed that belong under the file name.
+        /// Replica, engine, point and seed that the file name stands for.
         expected: String,
     },
 }
 
 impl SnapshotError {
-    /// Wraps an error of the operating system about a file.
+    /// Creates the error for a failure of the operating system with a file.
     pub fn of_file(path: &Path, source: io::Error) -> Self {
         Self::File {
             path: path.to_owned(),
@@ -77,7 +77,7 @@ impl SnapshotError {
     }
 }
 
-/// Writes `bytes` so that the file appears under its name only when it is complete.
+/// Writes a file with the content `bytes`, which appears under its name only when it is complete.
 ///
 /// # Errors
 /// [`SnapshotError::File`] if a step of it fails.
@@ -88,9 +88,9 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), SnapshotError> {
     })
 }
 
-/// Writes a file that appears under its name only when it is complete. The folder is opened once,
-/// at the beginning, so that the file ends where it was begun, also if the folder is moved
-/// meanwhile.
+/// Writes a file by `write` so that it appears under its name only when it is complete. The folder
+/// is opened once, at the beginning, so that the file ends where it was begun, also if the folder
+/// is moved meanwhile.
 fn when_complete<T>(
     path: &Path,
     write: impl FnOnce(&mut File) -> Result<T, SnapshotError>,
@@ -102,12 +102,13 @@ fn when_complete<T>(
     Ok(written)
 }
 
-/// Writer that counts and hashes the bytes of a file, so that none need be held.
+/// Writer that counts and hashes the bytes written to a file, so that none need be kept in memory.
 struct Hashed<'a> {
     file: &'a mut File,
     hash: blake3::Hasher,
     length: u64,
-    /// Error of the operating system, which serialisers do not pass on.
+    /// Error of the operating system in writing, which serialisers do not pass on; `None` if there
+    /// was none.
     failure: Option<io::Error>,
 }
 
@@ -133,8 +134,8 @@ impl Write for Hashed<'_> {
     }
 }
 
-/// Writes a snapshot of `content`, bit by bit: it takes no memory beside the content. Returns its
-/// checksum.
+/// Writes a snapshot file with `content`, piece by piece: it needs no memory besides the content.
+/// Returns its checksum.
 ///
 /// # Errors
 /// [`SnapshotError::File`] if the file can't be written.
@@ -143,11 +144,12 @@ pub fn write_snapshot<T: Serialize>(
     run: &Fingerprint,
     content: &T,
 ) -> Result<Checksum, SnapshotError> {
-    when_complete(path, |file| fill(path, file, run, content))
+    when_complete(path, |file| write_content(path, file, run, content))
 }
 
-/// Writes the header and payload of the snapshot that is to become `path`.
-fn fill<T: Serialize>(
+/// Writes header and payload of a snapshot into an open file, which will become `path`; returns the
+/// checksum of the payload.
+fn write_content<T: Serialize>(
     path: &Path,
     file: &mut File,
     run: &Fingerprint,
@@ -188,7 +190,7 @@ fn fill<T: Serialize>(
     Ok(checksum)
 }
 
-/// Reads a snapshot of the given run.
+/// Reads the content of a snapshot file of the given run.
 ///
 /// # Errors
 /// [`SnapshotError`] if the file is absent, damaged, or belongs to another run.
@@ -199,7 +201,8 @@ pub fn read_snapshot<T: DeserializeOwned>(
     Ok(read_checked(path, run)?.0)
 }
 
-/// Reads a snapshot as [`read_snapshot`] does, and returns the checksum of its payload too.
+/// Reads the content of a snapshot file, as [`read_snapshot`] does, and also returns the checksum
+/// of its payload.
 ///
 /// # Errors
 /// As [`read_snapshot`].
@@ -341,7 +344,7 @@ mod tests {
             .open("/dev/full")
             .expect("a device");
         let long = vec![1_u64; 3 * BUFFER];
-        let failed = when_complete(&path, |_| fill(&path, &mut full, &[7; 32], &long));
+        let failed = when_complete(&path, |_| write_content(&path, &mut full, &[7; 32], &long));
         let said = failed.expect_err("a full disk").to_string();
         assert!(said.contains("No space left"), "{said}");
         assert_eq!(read_snapshot::<u64>(&path, &[7; 32]).expect("read"), 1);

@@ -1,4 +1,4 @@
-//! The dimension of a gas, as a type.
+//! Dimension of a gas as a type, two or three: vectors, rotations, cross-sections and volumes.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Debug;
@@ -11,7 +11,8 @@ use serde::de::DeserializeOwned;
 
 use crate::kinetic::{self, spheres};
 
-/// Vector arithmetic that the engines and measurements need; met by `nalgebra`'s static vectors.
+/// Vector arithmetic that engines and measurements need; implemented by `nalgebra`'s static
+/// vectors.
 pub trait Vector:
     Copy
     + Debug
@@ -31,15 +32,15 @@ pub trait Vector:
     + Sync
     + 'static
 {
-    /// Scalar product a . b.
+    /// Returns the scalar product a . b of two vectors.
     fn inner(&self, other: &Self) -> f64;
 
-    /// Squared length a . a of this vector.
+    /// Returns the squared length a . a of the vector.
     fn square(&self) -> f64 {
         self.inner(self)
     }
 
-    /// Returns this vector in three dimensions; components beyond the dimension are zero.
+    /// Returns the vector in three dimensions; components beyond the dimension are zero.
     fn spatial(&self) -> Vector3<f64>;
 }
 
@@ -58,79 +59,83 @@ where
     }
 }
 
-/// The space in which the particles move.
+/// Space in which particles move, two- or three-dimensional, with its geometry.
 pub trait Space: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
-    /// Number of components of a position.
+    /// Number of space dimensions, 2 or 3.
     const DIMENSION: usize;
-    /// Positions and velocities.
+    /// Type of positions and velocities.
     type Vector: Vector;
-    /// Rotation of vectors and spins.
+    /// Type of rotations of vectors and spins.
     type Turn: Copy;
-    /// Angular velocities: one component in the plane, three in space.
+    /// Type of angular velocities: one component in two dimensions, three in three.
     type Spin: Vector;
-    /// Number of components of an angular velocity.
+    /// Number of components of an angular velocity: 1 in two dimensions, 3 in three.
     const ROTATIONS: usize;
-    /// Moment of inertia of a solid particle over m R^2.
+    /// Moment of inertia of a solid disk or sphere over m R^2: 1/2 or 2/5.
     const INERTIA: f64;
 
-    /// Velocity w x r at the end of an arm that turns.
+    /// Returns the velocity w x r at the end of an arm r that rotates with the angular velocity w.
     fn arm_velocity(spin: Self::Spin, arm: Self::Vector) -> Self::Vector;
-    /// Moment r x F of a force or impulse F at the end of an arm r.
+    /// Returns the moment r x F of a force or impulse F at the end of an arm r.
     fn arm_moment(arm: Self::Vector, force: Self::Vector) -> Self::Spin;
 
-    /// Returns the vector whose component i is `component(i)`. Written out, it stays in registers
-    /// where a loop over components would go through memory.
+    /// Returns the vector whose component i is `component(i)`. Written out for each dimension, it
+    /// stays in registers where a loop over components would go through memory.
     fn from_components(component: impl FnMut(usize) -> f64) -> Self::Vector;
-    /// Area or volume of a particle, pi r^2 or 4 pi r^3/3 \[length^D\].
+    /// Returns the area or volume of a particle of a radius, pi r^2 or 4 pi r^3/3 \[length^D\].
     fn particle_volume(radius: f64) -> f64;
-    /// Cross-section of two particles at a contact distance: 2 d or pi d^2 \[length^(D-1)\].
+    /// Returns the cross-section of two particles with a contact distance d: 2 d or pi d^2
+    /// \[length^(D-1)\].
     fn cross_section(distance: f64) -> f64;
-    /// Draws a unit vector along the line of centres, from the second partner to the first, for an
+    /// Draws a random line of centres, a unit vector from the second particle to the first, for an
     /// approach along the unit vector `direction`. Also returns the component of `direction` along
     /// it, never positive. The impact parameter is uniform in the cross-section, as molecular chaos
     /// has it.
     fn line_of_centres(direction: Self::Vector, stream: &mut impl Rng) -> (Self::Vector, f64);
-    /// Draws a unit vector, all directions equally likely.
+    /// Draws a random unit vector, all directions equally likely.
     fn random_direction(stream: &mut impl Rng) -> Self::Vector;
     /// Solid angle of all directions: 2 pi or 4 pi.
     const SOLID_ANGLE: f64;
-    /// Draws a rotation, all equally likely.
+    /// Draws a random rotation, all equally likely.
     fn random_turn(stream: &mut impl Rng) -> Self::Turn;
-    /// Rotates a vector.
+    /// Returns a vector after a rotation.
     fn rotate_vector(turn: Self::Turn, vector: Self::Vector) -> Self::Vector;
-    /// Rotates an angular velocity.
+    /// Returns an angular velocity after a rotation.
     fn turned_spin(turn: Self::Turn, spin: Self::Spin) -> Self::Spin;
-    /// Returns an angular velocity as a vector in space; the angular velocity of a disk is along
-    /// the third axis.
+    /// Returns an angular velocity as a vector with three components; that of a disk is along the
+    /// third axis.
     fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
-    /// Returns the angular velocity that a vector in space stands for.
+    /// Returns the angular velocity given by a vector with three components; for a disk its third
+    /// component.
     fn spin_of(vector: Vector3<f64>) -> Self::Spin;
-    /// Pair correlation of equal particles at contact.
+    /// Returns the pair correlation of equal particles at contact, chi, at a packing fraction.
     fn contact_value(packing_fraction: f64) -> f64;
-    /// Structure factor at long wavelengths of an elastic gas of equal particles.
+    /// Returns the structure factor S(0) at long wavelengths of an elastic gas of equal particles,
+    /// at a packing fraction.
     fn structure_factor_at_zero(packing_fraction: f64) -> f64;
-    /// Packing fraction of random close packing.
+    /// Packing fraction of equal particles at random close packing.
     const RANDOM_CLOSE_PACKING: f64;
-    /// Mean free path over the diameter.
+    /// Returns the mean free path of equal particles over their diameter.
     fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64;
-    /// Collisions per particle and time in units of sqrt(T/m)/d, for a Maxwellian gas.
+    /// Returns the collisions per particle and time of a Maxwellian gas of equal particles, in
+    /// units of sqrt(T/m)/d.
     fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64;
-    /// Mean speed over sqrt(T/m).
+    /// Mean speed of a Maxwellian gas over sqrt(T/m).
     const MEAN_SPEED: f64;
 }
 
-/// The plane, two dimensions: disks.
+/// Two-dimensional space, of disks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Plane;
 
-/// Space, three dimensions: spheres.
+/// Three-dimensional space, of spheres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Volume;
 
 impl Space for Plane {
     const DIMENSION: usize = 2;
     type Vector = SVector<f64, 2>;
-    /// Sine and cosine of the angle.
+    /// Rotation in the plane, as sine and cosine of its angle.
     type Turn = (f64, f64);
     type Spin = SVector<f64, 1>;
     const ROTATIONS: usize = 1;
@@ -204,7 +209,7 @@ impl Space for Plane {
     fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
         kinetic::collision_rate(packing_fraction, contact_value, 0.0)
     }
-    /// Mean speed over sqrt(T/m), sqrt(pi/2).
+    /// Mean speed of a two-dimensional Maxwellian gas over sqrt(T/m): sqrt(pi/2).
     const MEAN_SPEED: f64 = 1.253_314_137_315_500_3;
 }
 
@@ -312,7 +317,7 @@ impl Space for Volume {
     fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
         spheres::collision_rate(packing_fraction, contact_value)
     }
-    /// Mean speed over sqrt(T/m), sqrt(8/pi).
+    /// Mean speed of a three-dimensional Maxwellian gas over sqrt(T/m): sqrt(8/pi).
     const MEAN_SPEED: f64 = 1.595_769_121_605_730_7;
 }
 

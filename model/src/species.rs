@@ -1,4 +1,5 @@
-//! Mixtures of a few or some hundred species.
+//! Mixture of a few or some hundred species: sizes of the particles, and the map of species
+//! numbers.
 
 use std::sync::Arc;
 
@@ -7,35 +8,36 @@ use serde::{Deserialize, Serialize};
 use crate::invalid::InvalidValue;
 use crate::sizes::Sizes;
 
-/// One species of a mixture.
+/// Radius, mass and number of the particles of one species in a mixture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesProperties {
-    /// Radius \[length\].
+    /// Radius of the particles of the species \[length\].
     pub radius: f64,
-    /// Mass of one particle.
+    /// Mass of one particle of the species \[mass\].
     pub mass: f64,
-    /// Number of particles; may be 0.
+    /// Number of particles of the species; may be 0.
     pub count: usize,
 }
 
-/// Species, one after the other in the order of the state. A particle carries only the number of
-/// its species, so the table stays in the fastest cache for any number of particles.
+/// Sizes of a mixture, whose species follow one another in the state. A particle carries only the
+/// number of its species, so the table stays in the fastest cache for any number of particles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
     kinds: Arc<[SpeciesProperties]>,
-    /// Offsets: first index of each species in the state, then the total number of particles.
+    /// Index in the state of the first particle of each species, and the total number of particles
+    /// at the end.
     first: Arc<[usize]>,
-    /// Largest radius \[length\].
+    /// Largest radius of any species \[length\].
     largest: f64,
-    /// True if all particles have one radius and mass.
+    /// True if all particles have the same radius and mass.
     equal: bool,
-    /// Species of each entry of `kinds`, as [`Sizes::species_of`] returns it: its index, unless
-    /// several entries are of one species.
+    /// Species number of each entry of `kinds`, as [`Sizes::species_of`] returns it: its index,
+    /// unless several entries are of one species.
     numbers: Arc<[u32]>,
 }
 
 impl Species {
-    /// Creates the mixture of the given species.
+    /// Creates a mixture of the given species.
     ///
     /// # Errors
     /// [`InvalidValue`] if there is none, or 2^32 or more, if a radius or mass is not positive and
@@ -71,7 +73,7 @@ impl Species {
         })
     }
 
-    /// Returns this mixture with the number of the species that each entry of the list belongs to.
+    /// Returns this mixture with a species number for each entry of its list.
     ///
     /// # Errors
     /// [`InvalidValue`] unless there is one for each entry.
@@ -85,12 +87,12 @@ impl Species {
         })
     }
 
-    /// Returns the entries in their order; a repeated gas has them copy after copy.
+    /// Returns the species of the mixture in their order; a repeated gas has them copy after copy.
     pub fn kinds(&self) -> &[SpeciesProperties] {
         &self.kinds
     }
 
-    /// Number of all particles.
+    /// Returns the number of particles of all species together.
     pub fn count(&self) -> usize {
         self.first[self.kinds.len()]
     }
@@ -150,9 +152,9 @@ impl Sizes for Species {
     }
 }
 
-/// Map from the species numbers of an engine to the species of the case. Copies of a gas have
-/// species numbers of their own, and in a gas of continuous sizes each particle has one, in the
-/// order of sizes.
+/// Map from an engine's species numbers to the species of the case. Copies of a gas have species
+/// numbers of their own, and in a gas of continuous sizes each particle has one, in the order of
+/// sizes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Grouping {
     groups: usize,
@@ -160,8 +162,8 @@ pub struct Grouping {
 }
 
 impl Grouping {
-    /// Creates the map to `groups` species; `kinds` is the count of numbers in a gas of continuous
-    /// sizes.
+    /// Creates the map of an engine's species numbers to `groups` species of the case. `kinds` is
+    /// the number of engine species in a gas of continuous sizes, `None` otherwise.
     pub fn new(groups: usize, kinds: Option<usize>) -> Self {
         Self {
             groups: groups.max(1),
@@ -169,12 +171,12 @@ impl Grouping {
         }
     }
 
-    /// Number of species.
+    /// Returns the number of species of the case.
     pub fn groups(self) -> usize {
         self.groups
     }
 
-    /// Returns the species of an engine's number.
+    /// Returns the species of the case for an engine's species number.
     #[inline]
     pub fn group(self, kind: u32) -> usize {
         match self.kinds {

@@ -1,4 +1,5 @@
-//! State of a gas: the interchange format of engines, measurements and files.
+//! State of a gas, its particles in a box at one time: the form in which engines, measurements and
+//! files exchange it.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,20 +9,21 @@ use crate::sizes::Sizes;
 use crate::space::{Space, Vector};
 use crate::surface::Surface;
 
-/// One particle. Engines keep working storage of their own; this is the form that they exchange.
+/// State of one particle: position, velocity and spin, as engines exchange it. Engines keep working
+/// storage of their own.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct ParticleState<P: ParticleModel> {
-    /// Position \[length\], inside the domain.
+    /// Position of the particle \[length\], inside the box.
     pub position: VectorOf<P>,
-    /// Velocity \[length/time\].
+    /// Velocity of the particle's centre \[length/time\].
     pub velocity: VectorOf<P>,
-    /// Angular velocity \[1/time\]; `()` for smooth particles.
+    /// Angular velocity of the particle \[1/time\]; `()` for smooth particles.
     pub spin: SpinOf<P>,
 }
 
 impl<P: ParticleModel> ParticleState<P> {
-    /// Creates a particle that does not spin.
+    /// Creates the state of a particle that does not spin.
     pub fn new(position: VectorOf<P>, velocity: VectorOf<P>) -> Self {
         Self {
             position,
@@ -59,15 +61,15 @@ impl<P: ParticleModel> std::fmt::Debug for ParticleState<P> {
     }
 }
 
-/// All particles at one time, in one domain.
+/// State of a gas: all particles in their box at one time.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct State<P: ParticleModel> {
-    /// Time of the state \[time\].
+    /// Time at which the gas has this state \[time\].
     pub time: f64,
-    /// Box of the gas, with its periodicity.
+    /// Box of the gas, with its periodic axes.
     pub domain: Domain<P::Space>,
-    /// Particles; the index of a particle in this list gives its size.
+    /// States of all particles; the index of a particle in this list gives its size.
     pub bodies: Vec<ParticleState<P>>,
 }
 
@@ -82,7 +84,7 @@ impl<P: ParticleModel> Clone for State<P> {
 }
 
 impl<P: ParticleModel> State<P> {
-    /// Total kinetic energy, sum of m v^2/2 \[energy\].
+    /// Returns the kinetic energy of translation of all particles, sum of m v^2/2 \[energy\].
     pub fn kinetic_energy(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();
         let twice: f64 = self
@@ -94,7 +96,8 @@ impl<P: ParticleModel> State<P> {
         0.5 * twice
     }
 
-    /// Energy of rotation, sum of I w^2/2 \[energy\]; zero where nothing spins.
+    /// Returns the kinetic energy of rotation of all particles, sum of I w^2/2 \[energy\]; zero for
+    /// smooth particles.
     pub fn spin_energy(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();
         let bodies = self.bodies.iter().enumerate();
@@ -107,13 +110,13 @@ impl<P: ParticleModel> State<P> {
             .sum()
     }
 
-    /// Temperature of rotation, <I w^2>/`ROTATIONS` \[energy\].
+    /// Returns the rotational granular temperature, <I w^2>/`ROTATIONS` \[energy\].
     pub fn spin_temperature(&self, scene: &P) -> f64 {
         let degrees = (P::Space::ROTATIONS * self.bodies.len().max(1)) as f64;
         2.0 * self.spin_energy(scene) / degrees
     }
 
-    /// Total momentum, sum of m v.
+    /// Returns the total momentum of the particles, sum of m v \[mass length/time\].
     pub fn momentum(&self, scene: &P) -> VectorOf<P> {
         let sizes = scene.sizes();
         let mut total = VectorOf::<P>::default();
@@ -123,13 +126,13 @@ impl<P: ParticleModel> State<P> {
         total
     }
 
-    /// Granular temperature, <m v^2>/D \[energy\].
+    /// Returns the granular temperature of translation, <m v^2>/D \[energy\].
     pub fn temperature(&self, scene: &P) -> f64 {
         let degrees = (P::Space::DIMENSION * self.bodies.len().max(1)) as f64;
         2.0 * self.kinetic_energy(scene) / degrees
     }
 
-    /// Packing fraction: share of the domain that the particles cover.
+    /// Returns the packing fraction: the fraction of the box that particles cover.
     pub fn packing_fraction(&self, scene: &P) -> f64 {
         let sizes = scene.sizes();
         let covered: f64 = (0..self.bodies.len())

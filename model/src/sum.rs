@@ -1,4 +1,5 @@
-//! Sums over the particles of a gas, independent of the processes and threads that hold them.
+//! Parallel reductions over the particles of a gas, independent of the processes and threads that
+//! hold them.
 //!
 //! A gas shows its particles in groups ([`Simulation::reduce_particles`](crate::Simulation::reduce_particles)). Which
 //! particles form a group, their order in it and its number do not depend on how many processes or
@@ -12,37 +13,38 @@ use serde::{Deserialize, Serialize};
 use crate::exact::ExactSum;
 use crate::particle::Particle;
 
-/// Sum of some kind, which engines fill. An empty sum is sent to other processes to define the sum
-/// they make, so its options are part of it.
+/// Reduction over particles that engines compute in groups of particles. An empty one is sent to
+/// other processes to define theirs, so its options are part of it.
 pub trait ParticleReduction: Serialize + DeserializeOwned {
-    /// Name of the kind of sum, by which another process knows it.
+    /// Name of the kind of reduction, by which another process finds its code.
     const NAME: &'static str;
 
-    /// Adds a particle to the open group.
+    /// Adds a particle to the group that is open now.
     fn add_particle(&mut self, particle: &Particle);
 
-    /// Ends a group.
+    /// Closes the current group of particles, by its number; the next particle opens a new group.
     fn close_group(&mut self, _group: u32) {}
 
-    /// Adds another sum.
+    /// Adds the result of another reduction of the same kind, with other groups.
     fn merge_sum(&mut self, other: Self);
 }
 
-/// Object-safe form of [`ParticleReduction`], as an engine uses it.
+/// Object-safe form of the trait [`ParticleReduction`], through which engines call it.
 pub trait DynReduction {
-    /// Name of the kind of sum.
+    /// Returns the name of the kind of reduction.
     fn kind_name(&self) -> &'static str;
 
-    /// Adds a particle to the open group, by [`ParticleReduction::add_particle`].
+    /// Adds a particle to the group that is open now, by [`ParticleReduction::add_particle`].
     fn add_particle(&mut self, particle: &Particle);
 
-    /// Ends a group, by [`ParticleReduction::close_group`].
+    /// Closes the current group of particles, by [`ParticleReduction::close_group`].
     fn close_group(&mut self, group: u32);
 
-    /// Serialises the options and content of the sum, for another process.
+    /// Serialises options and content of the reduction, for another process.
     fn save_bytes(&self) -> Vec<u8>;
 
-    /// Adds a sum that another process has saved; false if the bytes are not of such a sum.
+    /// Adds the result of a reduction that another process has saved; false if the bytes are not of
+    /// the same kind.
     fn add_saved(&mut self, bytes: &[u8]) -> bool;
 }
 
@@ -70,11 +72,11 @@ impl<T: ParticleReduction> DynReduction for T {
     }
 }
 
-/// Function that restores a sum that another process has saved, by the name of its kind; `None` for
-/// another kind.
+/// Function that restores a reduction from bytes that another process has saved, by the name of its
+/// kind; `None` for an unknown kind.
 pub type ReductionFactory = fn(&str, &[u8]) -> Option<Box<dyn DynReduction>>;
 
-/// Restores a sum of the kind `T`: the [`ReductionFactory`] of one kind.
+/// Restores a reduction of the type `T` from saved bytes: a [`ReductionFactory`] for one kind.
 pub fn restore_reduction<T: ParticleReduction + 'static>(
     name: &str,
     bytes: &[u8],
@@ -86,17 +88,17 @@ pub fn restore_reduction<T: ParticleReduction + 'static>(
     Some(Box::new(sum))
 }
 
-/// A short array of order-independent sums (superaccumulators), one per slot.
+/// Short array of order-independent sums (superaccumulators) over particles, one for each slot.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Totals {
     sums: Vec<ExactSum>,
-    /// Sums of the open group, by slot.
+    /// Sum in each slot over the group that is open now.
     #[serde(skip)]
     open: Vec<f64>,
 }
 
 impl Totals {
-    /// Creates `slots` empty sums.
+    /// Creates an array of `slots` empty order-independent sums.
     pub fn new(slots: usize) -> Self {
         Self {
             sums: vec![ExactSum::default(); slots],
@@ -104,7 +106,7 @@ impl Totals {
         }
     }
 
-    /// Returns the sums of the open group.
+    /// Returns the sum in each slot over the group that is open now, to be added to.
     #[inline]
     pub fn open(&mut self) -> &mut [f64] {
         if self.open.is_empty() {
@@ -113,34 +115,34 @@ impl Totals {
         &mut self.open
     }
 
-    /// Ends a group.
+    /// Closes the current group: adds its sums exactly to the totals.
     pub fn close(&mut self) {
         for (sum, part) in self.sums.iter_mut().zip(&mut self.open) {
             sum.add(std::mem::take(part));
         }
     }
 
-    /// Adds the closed groups of another set of sums.
+    /// Adds the closed groups of another array of sums to this one.
     pub fn merge(&mut self, other: &Self) {
         for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
             sum.merge(more);
         }
     }
 
-    /// Returns all sums, rounded.
+    /// Returns the total in each slot, rounded.
     pub fn values(&self) -> Vec<f64> {
         self.sums.iter().map(ExactSum::value).collect()
     }
 }
 
-/// Sparse sums by slot: each group adds to few slots of many. The sums of groups are kept apart
-/// until all groups are complete.
+/// Sparse array of sums by slot: each group adds to few slots of many. The sums of groups are kept
+/// apart until all groups are complete.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SparseSums<T> {
     slots: usize,
-    /// Sums of closed groups: group, slot and sum.
+    /// Sums of closed groups, with group and slot.
     all: Vec<(u32, u32, T)>,
-    /// Sums of the open group by slot; `None` for slots without one.
+    /// Sum in each slot over the group that is open now; `None` for slots without one.
     #[serde(skip)]
     open: Vec<Option<T>>,
     #[serde(skip)]
@@ -148,7 +150,7 @@ pub struct SparseSums<T> {
 }
 
 impl<T: Copy + Default> SparseSums<T> {
-    /// Creates an empty array of `slots` slots.
+    /// Creates an empty sparse array of sums with `slots` slots.
     pub fn new(slots: usize) -> Self {
         Self {
             slots,
@@ -158,7 +160,7 @@ impl<T: Copy + Default> SparseSums<T> {
         }
     }
 
-    /// Returns the sum of the open group in a slot, which is zero at first.
+    /// Returns the sum in a slot over the group that is open now, zero at first, to be added to.
     ///
     /// # Panics
     /// If `slot` is not below the number of slots.
@@ -174,7 +176,7 @@ impl<T: Copy + Default> SparseSums<T> {
         })
     }
 
-    /// Ends a group.
+    /// Closes the current group of particles, and keeps its sums under its number.
     pub fn close(&mut self, group: u32) {
         for slot in self.touched.drain(..) {
             let part = self.open[slot as usize].take();
@@ -182,12 +184,12 @@ impl<T: Copy + Default> SparseSums<T> {
         }
     }
 
-    /// Adds the closed groups of another set of sums.
+    /// Adds the closed groups of another sparse array of sums to this one.
     pub fn merge(&mut self, other: Self) {
         self.all.extend(other.all);
     }
 
-    /// Calls `show` for all sums with their slots, in the order of groups.
+    /// Calls `show` for the sums of all groups with their slots, in the order of group numbers.
     pub fn in_order(mut self, mut show: impl FnMut(usize, &T)) {
         self.all
             .sort_unstable_by_key(|&(group, slot, _)| (group, slot));

@@ -1,4 +1,5 @@
-//! Tangential contact laws, and the spin that a particle stores for them.
+//! Tangential contact laws of smooth and rough particles, and the spin that a particle stores for
+//! them.
 
 use std::fmt::Debug;
 
@@ -12,7 +13,7 @@ use crate::colliding_pair::{CollidingPair, PostCollision};
 use crate::invalid::InvalidValue;
 use crate::space::{Space, Vector};
 
-/// The tangential half of the contact law, between two particles and between a particle and a wall.
+/// Tangential contact law, between two particles and between a particle and a wall.
 ///
 /// The type `Spin` is all that a particle stores for it: a smooth particle carries `()`, which is
 /// zero bytes and zero instructions.
@@ -20,20 +21,20 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
     /// Angular velocity of one particle \[1/time\]; `()` if particles do not spin.
     type Spin: Copy + Debug + Default + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
-    /// True where particles spin.
+    /// True if particles spin, because their contacts have friction.
     const ROUGH: bool;
 
-    /// Adds the tangential impulse of a contact to the velocities after the normal one, and changes
-    /// the spins.
+    /// Adds the tangential impulse of a contact to the velocities after the normal collision, and
+    /// changes the spins.
     fn apply_friction(
         &self,
         pair: &CollidingPair<S::Vector, Self::Spin>,
         after: &mut PostCollision<S::Vector, Self::Spin>,
     );
 
-    /// Applies the tangential impulse of a wall. The `normal` is a unit vector into the gas, and
-    /// `velocity` is relative to the wall. The tangential velocity of the contact after it over
-    /// that before is `slip`, from -1 to 1, where 1 is no friction.
+    /// Applies the tangential impulse of a wall to a particle. `normal` is a unit vector into the
+    /// gas, and `velocity` is relative to the wall. `slip`, from -1 to 1, is the tangential
+    /// velocity of the contact after it over that before; 1 is no friction.
     fn apply_wall_friction(
         &self,
         normal: S::Vector,
@@ -43,7 +44,7 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
         spin: &mut Self::Spin,
     );
 
-    /// Draws a spin from the Maxwellian of a temperature I <w^2>/`ROTATIONS` \[energy\].
+    /// Draws a random spin from the Maxwellian of a temperature I <w^2>/`ROTATIONS` \[energy\].
     fn thermal_spin(
         &self,
         temperature: f64,
@@ -52,23 +53,24 @@ pub trait Surface<S: Space>: Copy + Debug + Send + Sync + 'static {
         stream: &mut impl Rng,
     ) -> Self::Spin;
 
-    /// Energy of rotation, I w^2/2 \[energy\].
+    /// Returns the kinetic energy of rotation of a particle, I w^2/2 \[energy\].
     fn spin_energy(&self, mass: f64, radius: f64, spin: Self::Spin) -> f64;
 
-    /// Multiplies a spin by a number, to convert units.
+    /// Returns a spin multiplied by a factor, to convert units.
     fn scale_spin(spin: Self::Spin, factor: f64) -> Self::Spin;
 
-    /// Rotates a spin.
+    /// Returns a spin after a rotation.
     fn rotate_spin(&self, turn: S::Turn, spin: Self::Spin) -> Self::Spin;
 
-    /// Returns a spin as a vector in space; the spin of a disk is along the third axis.
+    /// Returns a spin as a vector with three components; that of a disk is along the third axis.
     fn spin_in_space(spin: Self::Spin) -> Vector3<f64>;
 
-    /// Returns the spin that a vector in space stands for.
+    /// Returns the spin given by a vector with three components; for a disk its third component.
     fn spin_of(vector: Vector3<f64>) -> Self::Spin;
 }
 
-/// No tangential impulse: spins never change, so none is stored.
+/// Tangential law of smooth particles: no tangential impulse, so that spins never change and none
+/// is stored.
 ///
 /// On a wall the tangential velocity of the centre is what slips.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -122,8 +124,8 @@ impl<S: Space> Surface<S> for Smooth {
     fn spin_of(_vector: Vector3<f64>) {}
 }
 
-/// Rough particles: a contact multiplies the relative tangential velocity of the two surfaces by
-/// minus the coefficient of tangential restitution.
+/// Tangential law of rough particles: a contact multiplies the relative tangential velocity of the
+/// two surfaces by minus the coefficient of tangential restitution.
 ///
 /// Let n be the unit vector along the line of centres from the second to the first partner, R the
 /// radii, and c = v1 - v2 - (R1 w1 + R2 w2) x n the velocity of the contact. The tangential impulse
@@ -140,9 +142,9 @@ pub struct Rough {
 }
 
 impl Rough {
-    /// Creates a surface with the coefficient of tangential restitution beta, from -1 (perfectly
-    /// smooth) to 1 (perfectly rough), and the moment of inertia in units of m R^2, above 0 and at
-    /// most 1: 1/2 for a disk, 2/5 for a sphere ([`Space::INERTIA`]).
+    /// Creates the law of rough particles with the coefficient of tangential restitution beta, from
+    /// -1 (perfectly smooth) to 1 (perfectly rough), and the moment of inertia in units of m R^2,
+    /// above 0 and at most 1: 1/2 for a disk, 2/5 for a sphere ([`Space::INERTIA`]).
     ///
     /// # Errors
     /// [`InvalidValue`] outside these ranges.
@@ -165,17 +167,18 @@ impl Rough {
         })
     }
 
-    /// Coefficient of tangential restitution, beta.
+    /// Returns the coefficient of tangential restitution beta, from -1 to 1.
     pub fn tangential_restitution(&self) -> f64 {
         self.tangential_restitution
     }
 
-    /// Moment of inertia over m R^2.
+    /// Returns the moment of inertia of a particle over m R^2.
     pub fn inertia(&self) -> f64 {
         self.inertia
     }
 
-    /// Effective mass of a tangential impulse over that of a normal one, q/(1 + q).
+    /// Returns the effective mass of a tangential impulse over that of a normal one, q/(1 + q),
+    /// with q = I/(m R^2).
     #[inline]
     fn mass_share(&self) -> f64 {
         self.inertia / (1.0 + self.inertia)
@@ -266,7 +269,7 @@ impl<S: Space> Surface<S> for Rough {
     }
 }
 
-/// Returns the part of a vector that is perpendicular to a unit vector.
+/// Returns the tangential part of a vector, perpendicular to the unit vector `normal`.
 #[inline]
 fn tangential<V: Vector>(vector: V, normal: V) -> V {
     vector - normal * vector.inner(&normal)

@@ -1,4 +1,4 @@
-//! Distribution of work among the threads of the current pool.
+//! Parallel loops and sorting by the threads of the current pool.
 //!
 //! The code of the thread pool is compiled once, not for each engine and each kind of work, which
 //! is a third of the compilation of an engine otherwise.
@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-/// Runs a piece of work for each item, in one thread or several, and returns the results in order.
+/// Calls `work` for each item, in one thread or in parallel, and returns the results in order.
 ///
 /// Threads share the numbers of items and call the work by pointer. An item should be worth some
 /// thousand particles.
@@ -41,13 +41,13 @@ pub fn each_of<T: Send, R: Send>(
         .collect()
 }
 
-/// Number of adjacent elements in one item of [`each_of`], of which each thread gets several,
-/// because some take longer.
+/// Returns how many adjacent elements to put into one item of [`each_of`], such that each thread
+/// gets several items, because some take longer.
 pub fn piece(elements: usize) -> usize {
     elements.div_ceil(16 * rayon::current_num_threads()).max(1)
 }
 
-/// Sorts in ascending order by all threads.
+/// Sorts pairs of numbers in ascending order by all threads of the pool.
 pub fn sort(all: &mut [(u32, u32)]) {
     all.par_sort_unstable();
 }

@@ -19,18 +19,19 @@ use crate::kinetic;
 /// sqrt(m T)/d.
 pub const DILUTE_VISCOSITY: f64 = 0.282_094_791_773_878_14;
 
-/// Viscosity of dilute elastic disks in all Sonine orders over that in first order (Gass 1971).
+/// Ratio of the viscosity of dilute elastic disks in all Sonine orders to that in first order (Gass
+/// 1971).
 pub const VISCOSITY_ORDERS: f64 = 1.022;
 
-/// Self-diffusion of elastic disks in three Sonine orders over that in first order; two orders give
-/// 43/42.
+/// Ratio of the self-diffusion coefficient of elastic disks in three Sonine orders to that in first
+/// order; two orders give 43/42.
 pub const DIFFUSION_ORDERS: f64 = 1.027;
 
-/// Dimension of space in all formulas of this module.
+/// Number of space dimensions in all formulas of this module, two.
 const D: f64 = 2.0;
 
-/// Cooling rate of the homogeneous gas, `zeta* = ((D + 2)/(4 D)) chi (1 - r^2)(1 + 3 a2/16)`, over
-/// that at which dilute elastic disks lose shear stress, `n T/eta_0`.
+/// Computes the cooling rate of the homogeneous gas, `zeta* = ((D + 2)/(4 D)) chi (1 - r^2)(1 + 3
+/// a2/16)`, over that at which dilute elastic disks lose shear stress, `n T/eta_0`.
 fn reduced_cooling(contact_value: f64, restitution: f64) -> f64 {
     let a2 = kinetic::fourth_cumulant(2, restitution);
     (D + 2.0) / (4.0 * D)
@@ -51,8 +52,8 @@ pub fn bulk_viscosity(packing_fraction: f64, contact_value: f64, restitution: f6
     reduced * DILUTE_VISCOSITY
 }
 
-/// Kinetic and crossed part of the shear viscosity, over `eta_0`. `decay` is the rate at which
-/// shear stress decays besides by collisions, over `n T/eta_0`.
+/// Computes the kinetic part of the shear viscosity with its coupling to collisions, over `eta_0`.
+/// `decay` is the rate at which shear stress decays besides by collisions, over `n T/eta_0`.
 fn kinetic_viscosity(
     packing_fraction: f64,
     contact_value: f64,
@@ -125,7 +126,7 @@ pub fn bath_viscosity(
     DILUTE_VISCOSITY * VISCOSITY_ORDERS * kinetic + D / (D + 2.0) * bulk_viscosity(phi, chi, r)
 }
 
-/// Number density times d^2, `4 phi/pi`.
+/// Returns the number density of disks times d^2, `4 phi/pi`.
 pub fn number_density(packing_fraction: f64) -> f64 {
     4.0 * packing_fraction / PI
 }
@@ -167,8 +168,8 @@ pub fn critical_length(packing_fraction: f64, contact_value: f64, restitution: f
     TAU / critical_wave_number(packing_fraction, contact_value, restitution)
 }
 
-/// Exponent with which the amplitude of a shear mode grows over the thermal speed, as a power of
-/// `1 + t/t_0`: `1 - (k/k_c)^2`.
+/// Exponent with which the amplitude of a shear mode of the cooling gas grows over the thermal
+/// speed, as a power of `1 + t/t_0`: `1 - (k/k_c)^2`.
 pub fn shear_exponent(wave_number: f64, critical: f64) -> f64 {
     1.0 - (wave_number / critical).powi(2)
 }

@@ -1,9 +1,9 @@
-//! Alias tables: draws from a discrete distribution in constant time.
+//! Alias tables: random draws from a discrete distribution in constant time.
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
-/// An alias table: Walker, ACM Trans. Math. Softw. 3, 253 (1977), doi:10.1145/355744.355749, filled
+/// Alias table of Walker, ACM Trans. Math. Softw. 3, 253 (1977), doi:10.1145/355744.355749, filled
 /// in linear time by the method of Vose, IEEE Trans. Softw. Eng. 17, 972 (1991),
 /// doi:10.1109/32.92917.
 ///
@@ -12,15 +12,16 @@ use serde::{Deserialize, Serialize};
 /// from the rounding of the table (1e-16).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Alias {
-    /// Threshold and other entry of each column: below the threshold a column draws its own entry,
-    /// above it the other one.
+    /// Threshold and alias of each column of the table: a random height below the threshold draws
+    /// the column's own index, above it the alias.
     columns: Vec<(u64, u32)>,
     small: Vec<u32>,
     large: Vec<u32>,
     scaled: Vec<f64>,
 }
 
-/// Multiplies a random word by a count: returns a whole number below the count, and the remainder.
+/// Returns the high and the low 64 bits of `word` times `count`: a uniform integer below `count`,
+/// and an independent uniform fraction.
 #[inline]
 pub(crate) fn split(word: u64, count: u32) -> (u32, u64) {
     let product = u128::from(word) * u128::from(count);
@@ -28,8 +29,8 @@ pub(crate) fn split(word: u64, count: u32) -> (u32, u64) {
 }
 
 impl Alias {
-    /// Fills the table with weights that are not negative; returns their sum, 0 if there is nothing
-    /// to draw.
+    /// Fills the alias table with non-negative weights. Returns their sum; 0 if the table is empty
+    /// or all weights are zero.
     pub fn fill(&mut self, weights: impl Iterator<Item = f64>) -> f64 {
         self.scaled.clear();
         self.scaled.extend(weights);
@@ -78,14 +79,15 @@ impl Alias {
         total
     }
 
-    /// Memory held \[bytes\].
+    /// Returns the memory that the alias table occupies \[bytes\].
     pub fn memory_bytes(&self) -> usize {
         self.columns.capacity() * size_of::<(u64, u32)>()
             + (self.small.capacity() + self.large.capacity()) * size_of::<u32>()
             + self.scaled.capacity() * size_of::<f64>()
     }
 
-    /// Draws an entry; the table must not be empty.
+    /// Draws a random index with probability proportional to its weight; the table must not be
+    /// empty.
     #[inline]
     pub fn draw(&self, stream: &mut impl Rng) -> u32 {
         let (column, place) = split(stream.next_u64(), self.columns.len() as u32);

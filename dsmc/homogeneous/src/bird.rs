@@ -1,4 +1,5 @@
-//! Bird's selection: any two particles, with one majorant for all pairs.
+//! Bird's acceptance-rejection selection of pairs: any two particles with equal probability, with
+//! one majorant of the collision rate for all pairs.
 //!
 //! The baseline method. The majorant is the largest `k(a_c, a_d)(v_c + v_d)` over two classes of
 //! size with their largest radii and speeds. That is tighter than the largest radius with the
@@ -14,14 +15,15 @@ use super::classes::{ClassBounds, bring_to_rest, joined, raised};
 use super::gas::{GONE, HomogeneousGas, SmoothPhysics, size_key};
 use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 
-/// Candidate pair: indices of two particles.
+/// Candidate pair, as the indices of two particles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PairIndices {
     first: u32,
     second: u32,
 }
 
-/// Selection of any two particles with one majorant for all pairs.
+/// Bird's selection of candidate pairs: any two particles, with one majorant of the collision rate
+/// for all pairs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Bird {
     classes: Vec<ClassBounds>,
@@ -31,7 +33,8 @@ pub struct Bird {
 }
 
 impl Bird {
-    /// Raises the majorant to all pairs with one class, and adapts the rate to it and to the list.
+    /// Raises the majorant so that it bounds the collision rates of all pairs with a particle of
+    /// the size class `number`, and updates the proposal rate.
     fn raise<P: SmoothPhysics>(&mut self, gas: &HomogeneousGas<P>, number: usize) {
         let own = self.classes[number];
         for other in &self.classes {

@@ -1,4 +1,5 @@
-//! Checkpoints of a gas without positions.
+//! Checkpoints of a gas without positions: all data, besides the particle model, from which a run
+//! resumes to the same bytes.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::ParticleModel;
@@ -13,7 +14,8 @@ use super::motion::PathRecord;
 use super::selection::SelectionMethod;
 use stosszahl_model::interrupt::Interruption;
 
-/// All data from which a run resumes to the same bytes, besides the scene.
+/// Checkpoint of a gas without positions: all data, besides the particle model, from which a run
+/// resumes to the same bytes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound(
     serialize = "S: Serialize, M: Serialize, C: Serialize",
@@ -35,7 +37,7 @@ pub struct HomogeneousCheckpoint<P: ParticleModel, S, M, C> {
 impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P>>
     HomogeneousEngine<P, S, M, C>
 {
-    /// Returns all data from which the run resumes to the same bytes.
+    /// Returns a checkpoint of the current gas, from which the run resumes to the same bytes.
     pub fn checkpoint(&self) -> HomogeneousCheckpoint<P, S, M, C> {
         HomogeneousCheckpoint {
             kernel: self.gas.kernel,
@@ -51,7 +53,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         }
     }
 
-    /// Resumes from a checkpoint of the same scene and streams.
+    /// Creates an engine from a checkpoint; particle model and random streams must be as before.
     pub fn resume(
         scene: P,
         checkpoint: HomogeneousCheckpoint<P, S, M, C>,

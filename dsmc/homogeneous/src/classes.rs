@@ -1,22 +1,23 @@
-//! Classes of like size with one speed bound each, for selections without groups of like speed.
+//! Classes of particles of nearly equal size, with one bound of the speed each, for pair selections
+//! without groups by speed.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Vector};
 
 use super::gas::{COLDEST, HomogeneousGas, SmoothPhysics, size_key};
 
-/// Upper bounds of the particles of one class.
+/// Upper bounds of radius and speed of the particles in one size class.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct ClassBounds {
-    /// Group of radii of the class, see [`size_key`].
+    /// Number of the size class, a logarithmic scale of radii, see [`size_key`].
     pub(crate) key: u32,
     pub(crate) radius: f64,
-    /// Largest squared speed \[length^2/time^2\].
+    /// Largest squared speed of the particles in the class \[length^2/time^2\].
     pub(crate) square: f64,
 }
 
 impl ClassBounds {
-    /// Creates the bounds of an empty class.
+    /// Creates the bounds of an empty size class.
     pub(crate) fn new(key: u32) -> Self {
         Self {
             key,
@@ -25,13 +26,14 @@ impl ClassBounds {
         }
     }
 
-    /// Raises the bounds so that they hold for a particle.
+    /// Raises the bounds of radius and squared speed, if needed, to those of a particle that is
+    /// added.
     pub(crate) fn admit(&mut self, radius: f64, square: f64) {
         self.radius = self.radius.max(radius);
         self.square = self.square.max(square);
     }
 
-    /// Raises the bound to a new squared speed; returns true if it rose.
+    /// Raises the bound of the squared speed, if lower than `square`; returns true if it rose.
     #[inline]
     pub(crate) fn rises(&mut self, square: f64) -> bool {
         if square <= self.square {
@@ -54,7 +56,8 @@ impl AsMut<ClassBounds> for ClassBounds {
     }
 }
 
-/// Sets all speeds to zero where all are so small that rates of them underflow.
+/// Sets the speed bounds of all size classes to zero if all are so small that collision rates
+/// underflow.
 pub(crate) fn bring_to_rest<C: AsRef<ClassBounds> + AsMut<ClassBounds>>(classes: &mut [C]) {
     if classes.iter().all(|class| class.as_ref().square < COLDEST) {
         for class in classes {
@@ -63,9 +66,9 @@ pub(crate) fn bring_to_rest<C: AsRef<ClassBounds> + AsMut<ClassBounds>>(classes:
     }
 }
 
-/// Adds a new particle to the class of its size and marks it with the class; returns the class and
-/// the radius. `None` if no class has its size, or if so many particles are gone that the list
-/// should be rebuilt.
+/// Adds a new particle to its size class and stores the class in its `mark`; returns class and
+/// radius. `None` if no class has its size, or if so many merged particles are still in the list
+/// that it should be rebuilt.
 pub(crate) fn joined<P: SmoothPhysics, C: AsRef<ClassBounds>>(
     gas: &mut HomogeneousGas<P>,
     index: u32,
@@ -84,8 +87,8 @@ pub(crate) fn joined<P: SmoothPhysics, C: AsRef<ClassBounds>>(
     Some((number, radius))
 }
 
-/// Raises the squared-speed bound of a class after one of its particles collided; returns the
-/// class, or `None` if the bound still holds.
+/// Raises the speed bound of a particle's size class to its new speed after a collision; returns
+/// the class, or `None` if the bound still holds.
 #[inline]
 pub(crate) fn raised<P: SmoothPhysics, C: AsMut<ClassBounds>>(
     gas: &HomogeneousGas<P>,

@@ -1,49 +1,51 @@
-//! Clock and counters of a run, and the reason for which it stopped.
+//! Clock and work counters of a run without positions, and the reason for which an advance stopped.
 
 use serde::{Deserialize, Serialize};
 
-/// Counters of the work of a run; no number depends on the machine.
+/// Work counters of a run without positions, in numbers that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SelectionCounters {
-    /// Number of proposals, null ones included.
+    /// Number of proposed pairs, including null proposals, which name no pair.
     pub proposals: u64,
-    /// Number of candidate pairs tested.
+    /// Number of candidate pairs tested for acceptance.
     pub trials: u64,
-    /// Number of pair contacts, whatever the outcome.
+    /// Number of pair contacts, including those after which particles merge or break.
     pub collisions: u64,
-    /// Number of rebuilds of all bounds.
+    /// Number of rebuilds of all bounds of speed and rate.
     pub rebuilds: u64,
-    /// Kinetic energy lost in bounces \[energy\].
+    /// Kinetic energy dissipated in bounces \[energy\], without merging and breaking.
     pub energy_lost: f64,
 }
 
-/// Reason for which [`HomogeneousEngine::advance`](super::HomogeneousEngine::advance) returned.
+/// Reason for which an advance ended:
+/// [`HomogeneousEngine::advance`](super::HomogeneousEngine::advance) returns it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// The time was reached.
+    /// The requested time was reached.
     Time,
-    /// The number of collisions was reached.
+    /// The requested number of collisions was reached.
     Collisions,
-    /// No further collisions are possible: one particle is left, or all are at rest. A finite time
-    /// is reached.
+    /// No further collisions are possible: one particle is left, or all are at rest. The clock then
+    /// shows the requested time if it is finite.
     Still,
-    /// Pause requested by
-    /// [`HomogeneousEngine::set_pause_flag`](super::HomogeneousEngine::set_pause_flag).
+    /// A pause was requested by
+    /// [`HomogeneousEngine::set_pause_flag`](super::HomogeneousEngine::set_pause_flag); the next
+    /// advance continues.
     Paused,
-    /// The advance was interrupted:
+    /// An interrupt broke off the advance:
     /// [`HomogeneousEngine::set_stop_flag`](super::HomogeneousEngine::set_stop_flag).
     Interrupted,
 }
 
-/// Position of a run in time and in its random streams.
+/// Clock of a run without positions: time, number of advances, and state of the bounds.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Clock {
-    /// Current time \[time\].
+    /// Current time of the gas \[time\].
     pub time: f64,
-    /// Number of advances so far; each has its own random stream.
+    /// Number of advances since the start; each has its own random stream.
     pub advances: u64,
-    /// Number of collisions since the bounds were rebuilt.
+    /// Number of collisions since the bounds of speed and rate were rebuilt.
     pub since: u64,
-    /// True if the bounds must be rebuilt before the next collision.
+    /// True if the bounds of speed and rate must be rebuilt before the next collision.
     pub outdated: bool,
 }

@@ -1,4 +1,5 @@
-//! Contacts of a pair: line of centres, contact laws, and outcomes.
+//! Contact of a pair in a gas without positions: random line of centres, and contact rules such as
+//! bounce and tracer limit with their outcomes.
 
 use rand::{Rng, RngExt};
 use serde::Serialize;
@@ -9,8 +10,8 @@ use stosszahl_model::{
 
 use super::gas::{HomogeneousGas, SmoothPhysics};
 
-/// Draws the line of centres of a pair that collides with the relative velocity `g`. It has any
-/// positive length, and is zero if the pair only grazes.
+/// Draws a random line of centres for a pair that collides with the relative velocity `g`: a vector
+/// of any positive length; zero if the pair only grazes.
 ///
 /// Its density is proportional to |g . e|. In two dimensions the impact parameter b/d is uniform in
 /// \[-1, 1\]. In three dimensions the elastic rebound of hard spheres is isotropic, so a random
@@ -42,50 +43,52 @@ pub fn line_of_centres<S: Space>(g: &S::Vector, stream: &mut impl Rng) -> S::Vec
     line
 }
 
-/// Pair of particles at contact: indices, relative velocity, line of centres.
+/// Colliding pair of a gas without positions: indices, relative velocity and line of centres.
 #[derive(Clone, Copy, Debug)]
 pub struct CollidingParticles<V> {
-    /// Indices of the first and the second partner.
+    /// Indices of the first and the second particle of the pair.
     pub pair: [u32; 2],
-    /// Relative velocity, first minus second \[length/time\].
+    /// Relative velocity of the pair, first minus second \[length/time\].
     pub relative: V,
-    /// Line of centres, of any positive length.
+    /// Line of centres of the pair, a vector of any positive length.
     pub line: V,
 }
 
-/// Change that a [`ContactRule`] made to a pair: none, a bounce, or other particles in its place.
+/// Outcome of a contact by a [`ContactRule`]: no change, a bounce, or other particles in place of
+/// the pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactOutcome {
-    /// The pair passed without a change.
+    /// The pair passed without any change.
     Passed,
-    /// The pair bounced.
+    /// The pair bounced: its velocities changed by the collision law.
     Bounced {
-        /// True for partners whose velocity changed: first and second.
+        /// True for the first and the second particle if its velocity changed.
         changed: [bool; 2],
-        /// Outcome of the normal law.
+        /// Result of the normal collision law: coefficient of restitution and added speed.
         law: Separation,
     },
-    /// The pair is gone; the particles that replace it are appended to the list.
+    /// The pair is removed; the particles that replace it are appended to the list of particles.
     Replaced {
-        /// Length of the list before the contact.
+        /// Length of the list of particles before the contact, where the new ones begin.
         from: usize,
     },
 }
 
-/// Rule for a pair at contact: bounce, aggregation or fragmentation.
+/// Rule for the contact of a pair in a gas without positions: bounce, aggregation or fragmentation.
 pub trait ContactRule<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
-    /// True if particles may appear and vanish.
+    /// True if the rule makes particles merge or break, so that particles appear and vanish.
     const SIZES_CHANGE: bool;
 
-    /// Prepares the gas at the start of a run.
+    /// Changes the velocities at the start of a run as the rule requires; by default not at all.
     fn prepare_gas(&self, _gas: &mut HomogeneousGas<P>) {}
 
-    /// Returns true if a species is one of the species that conserve their common momentum.
+    /// Returns true if a species belongs to those that conserve their total momentum under the
+    /// rule.
     fn conserves_momentum(&self, _kind: u32) -> bool {
         true
     }
 
-    /// Applies the contact to the two partners.
+    /// Changes the two particles of a pair at contact by the rule, and returns the outcome.
     fn apply_contact(
         &mut self,
         gas: &mut HomogeneousGas<P>,
@@ -94,7 +97,8 @@ pub trait ContactRule<P: SmoothPhysics>: Clone + Serialize + DeserializeOwned {
     ) -> ContactOutcome;
 }
 
-/// Returns the velocities after a bounce by the scene's law, and the outcome of its normal part.
+/// Returns the velocities of a pair after a bounce by the collision law of the particle model, and
+/// the result of its normal part.
 #[inline]
 pub(crate) fn bounce<P: SmoothPhysics>(
     gas: &HomogeneousGas<P>,
@@ -118,7 +122,7 @@ pub(crate) fn bounce<P: SmoothPhysics>(
     (after.velocities, law)
 }
 
-/// Contact law by which every pair bounces by the scene's law.
+/// Contact rule by which every pair bounces by the collision law of the particle model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, serde::Deserialize)]
 pub struct Bounce;
 
@@ -173,20 +177,21 @@ impl<P: SmoothPhysics> ContactRule<P> for Option<Tracers> {
     }
 }
 
-/// Contact law of a mixture with tracers: one species does not affect the others, and does not
+/// Contact rule of a mixture with a tracer species, which does not affect the others and does not
 /// collide with itself.
 ///
 /// The tracer limit of a mixture, for any number of tracers that statistics requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
 pub struct Tracers {
-    /// Number of the tracer species.
+    /// Number of the tracer species among the species of the mixture.
     pub kind: u32,
 }
 
 impl<P: SmoothPhysics> ContactRule<P> for Tracers {
     const SIZES_CHANGE: bool = false;
 
-    /// Removes the drift of the bath, which would never decay while it cools.
+    /// Removes the drift of all species but the tracers, which would never decay while the gas
+    /// cools.
     fn prepare_gas(&self, gas: &mut HomogeneousGas<P>) {
         gas.remove_drift_of(|kind| kind != self.kind);
     }

@@ -1,4 +1,5 @@
-//! The engine without positions.
+//! Monte Carlo engine of a gas without positions: Poisson process of pair collisions by
+//! acceptance-rejection, without time step.
 
 use rand::RngExt;
 use rand_distr::{Beta, Distribution, Exp1, Poisson};
@@ -15,12 +16,12 @@ use super::motion::PathRecord;
 use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 use stosszahl_model::interrupt::Interruption;
 
-/// Number of proposals that are drawn ahead.
+/// Number of pair proposals drawn ahead as one batch.
 const BATCH: usize = 64;
-/// Number of proposals whose particles are prefetched while earlier ones are processed.
+/// Number of pair proposals whose particles are prefetched while earlier ones are processed.
 const AHEAD: usize = 24;
 
-/// Engine of a gas without positions. See the [module](super).
+/// Monte Carlo engine of a gas without positions. See the [module](super).
 #[derive(Clone, Debug)]
 pub struct HomogeneousEngine<P: SmoothPhysics, S, M = (), C = Bounce> {
     pub(super) gas: HomogeneousGas<P>,
@@ -31,15 +32,16 @@ pub struct HomogeneousEngine<P: SmoothPhysics, S, M = (), C = Bounce> {
     pub(super) clock: Clock,
     pub(super) tally: SelectionCounters,
     pub(super) stop: Interruption,
-    /// Random stream of an advance that was paused; the next one continues it.
+    /// Random stream of an advance that was paused, which the next advance continues; `None`
+    /// otherwise.
     pub(super) paused: Option<Stream>,
 }
 
 impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P>>
     HomogeneousEngine<P, S, M, C>
 {
-    /// Creates an engine at time zero. The particles of the gas keep their indices as long as none
-    /// appears or vanishes; `motion` relies on that.
+    /// Creates an engine at time zero. Particles keep their indices as long as none appears or
+    /// vanishes; the record `motion` relies on that.
     ///
     /// # Errors
     /// [`HomogeneousError::Invalid`] if paths are to be tracked while particles appear and
@@ -70,63 +72,64 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         })
     }
 
-    /// Returns the gas.
+    /// Returns the gas: particles, volume and collision kernel.
     pub fn gas(&self) -> &HomogeneousGas<P> {
         &self.gas
     }
 
-    /// Returns the selection of pairs.
+    /// Returns the method that proposes candidate pairs, in its current state.
     pub fn selection(&self) -> &S {
         &self.selection
     }
 
-    /// Returns the recorded motion.
+    /// Returns the recorded displacements and trajectories.
     pub fn motion(&self) -> &M {
         &self.motion
     }
 
-    /// Returns the contact law, with its ledgers.
+    /// Returns the contact rule, with its ledger of merged and broken pairs.
     pub fn contacts(&self) -> &C {
         &self.contacts
     }
 
-    /// Current time \[time\].
+    /// Returns the current time of the gas \[time\].
     pub fn time(&self) -> f64 {
         self.clock.time
     }
 
-    /// Returns the counters of the work done.
+    /// Returns the work counters since the start of the run.
     pub fn tally(&self) -> &SelectionCounters {
         &self.tally
     }
 
-    /// Memory held for the particles, the selection and the recorded motion \[bytes\].
+    /// Returns the memory that particles, pair selection and recorded displacements occupy
+    /// \[bytes\].
     pub fn memory_bytes(&self) -> usize {
         self.gas.particles.capacity() * size_of::<GasParticle<P>>()
             + self.selection.memory_bytes()
             + self.motion.memory_bytes()
     }
 
-    /// Sets an interrupt that breaks an advance off, after some dozen proposals:
-    /// [`StopReason::Interrupted`].
+    /// Sets an interrupt that breaks off an advance after at most some dozen proposals; it then
+    /// returns [`StopReason::Interrupted`].
     pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.stop.on(interrupt);
     }
 
-    /// Sets an interrupt that ends an advance with [`StopReason::Paused`], after at most some dozen
+    /// Sets a pause flag that ends an advance with [`StopReason::Paused`], after at most some dozen
     /// proposals or a quarter for each particle. The next advance to the same time continues as
     /// without a pause; a checkpoint of the paused gas continues with other random numbers.
     pub fn set_pause_flag(&mut self, pause: &Interrupt) {
         self.stop.set_pause_flag(pause);
     }
 
-    /// Returns true if an advance was interrupted. The gas is then in the middle of the advance
-    /// and goes no further.
+    /// Returns true if an advance was broken off by an interrupt. The gas is then in the middle of
+    /// the advance, and the engine advances no further.
     pub fn is_interrupted(&self) -> bool {
         self.stop.has_ended()
     }
 
-    /// Adds changes to the velocities of particles, in their order.
+    /// Adds a velocity change to each particle, in the order of the particles.
     pub fn kick(&mut self, changes: impl Iterator<Item = VectorOf<P>>) {
         let alive = self.gas.particles.iter_mut().filter(|one| !one.is_gone());
         for (particle, change) in alive.zip(changes) {
@@ -135,7 +138,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         self.clock.outdated = true;
     }
 
-    /// Multiplies all velocities by a factor.
+    /// Multiplies the velocities of all particles by a positive factor.
     ///
     /// # Errors
     /// [`HomogeneousError::Invalid`] unless the factor is above zero and finite.
@@ -148,7 +151,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         Ok(())
     }
 
-    /// Advances until a time, or for a number of collisions, whichever comes first.
+    /// Advances the gas until a time \[time\], or by a number of collisions, whichever comes first.
     ///
     /// The random stream is addressed by the number of advances before. So a run gives the same
     /// bytes if it is stopped and resumed between two advances, and other bytes if its time is
@@ -203,7 +206,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         Ok(StopReason::Time)
     }
 
-    /// Rebuilds the bounds if it is due.
+    /// Rebuilds the bounds of speed and rate if enough collisions have happened since the last
+    /// rebuild, or if velocities were changed from outside.
     fn refit(&mut self) -> Result<(), HomogeneousError> {
         let due = 0.5 * self.selection.rebuild_interval() * self.gas.count() as f64;
         if self.clock.outdated || self.clock.since as f64 > due.max(8.0) {
@@ -223,8 +227,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         Ok(())
     }
 
-    /// Processes proposals of one law: up to a time, or until the bounds are due, or until the law
-    /// changes.
+    /// Processes proposals with a constant rate: until a time, until the bounds of the selection
+    /// must be rebuilt, or until a particle exceeds its bound.
     ///
     /// The number of proposals in the interval is Poisson. If the law changes with proposal m of M,
     /// later proposals are void; the time of proposal m is the m-th of M uniform times, Beta
@@ -302,7 +306,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         Ok(())
     }
 
-    /// Returns true if a candidate pair collides.
+    /// Decides by acceptance-rejection if a candidate pair collides: with the probability relative
+    /// speed over its bound.
     #[inline]
     fn accept(
         &mut self,
@@ -329,7 +334,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         Ok(true)
     }
 
-    /// Applies the contact of a pair.
+    /// Executes the contact of an accepted pair: draws the line of centres, applies the contact
+    /// rule, and updates the selection.
     #[inline]
     fn meet(
         &mut self,
@@ -363,7 +369,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
                 for side in 0..2 {
                     if changed[side] {
                         let standing = self.selection.velocity_changed(&mut self.gas, pair[side]);
-                        worst = worse(worst, standing);
+                        worst = more_severe(worst, standing);
                     }
                 }
                 worst
@@ -378,7 +384,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
                 let mut worst = ProposalValidity::Kept;
                 for index in from..self.gas.particles.len() {
                     let standing = self.selection.particle_added(&mut self.gas, index as u32);
-                    worst = worse(worst, standing);
+                    worst = more_severe(worst, standing);
                     if worst == ProposalValidity::Outdated {
                         break;
                     }
@@ -388,7 +394,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         }
     }
 
-    /// Counts a bounce and records it.
+    /// Counts a bounce and passes it to the observer.
     #[inline]
     fn record(
         &mut self,
@@ -428,8 +434,8 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
     }
 }
 
-/// Returns the more severe of two consequences.
-fn worse(one: ProposalValidity, other: ProposalValidity) -> ProposalValidity {
+/// Returns the more severe of two effects on the proposals drawn ahead.
+fn more_severe(one: ProposalValidity, other: ProposalValidity) -> ProposalValidity {
     match (one, other) {
         (ProposalValidity::Outdated, _) | (_, ProposalValidity::Outdated) => {
             ProposalValidity::Outdated
@@ -441,7 +447,7 @@ fn worse(one: ProposalValidity, other: ProposalValidity) -> ProposalValidity {
     }
 }
 
-/// Draws the least of `count` uniform numbers, `1 - U^(1/count)`.
+/// Draws the minimum of `count` independent uniform random numbers, `1 - U^(1/count)`.
 #[inline]
 fn first_of(count: u64, stream: &mut Stream) -> f64 {
     let exponential: f64 = Exp1.sample(stream);

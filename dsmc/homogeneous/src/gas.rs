@@ -1,4 +1,5 @@
-//! Gas of particles without positions.
+//! Gas of particles without positions: creation from velocity distributions, removal of drift,
+//! energy and momentum.
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -10,31 +11,33 @@ use stosszahl_model::{
 use super::error::HomogeneousError;
 use super::kernel::{CollisionKernel, PairCorrelationFactor};
 
-/// Physics of smooth particles in free flight.
+/// Particle model with smooth surfaces and without a field, as a gas without positions requires.
 pub trait SmoothPhysics: ParticleModel<Surface = Smooth, Field = Free> {}
 impl<P: ParticleModel<Surface = Smooth, Field = Free>> SmoothPhysics for P {}
 
-/// Tag that identifies the size of a particle.
+/// Tag of a particle model by which the radius, mass and species of a particle are found.
 pub type TagOf<P> = <<P as ParticleModel>::Sizes as Sizes>::Tag;
 
-/// Mark of a particle that has merged into another and waits for removal.
+/// Value of `mark` for a particle that has merged into another and is not yet removed from the
+/// list.
 pub(crate) const GONE: u32 = u32::MAX;
 
-/// One particle: 32 bytes, so that a pair is two cache lines.
+/// Particle of a gas without positions: velocity, tag of its size, and place in the pair selection.
+/// Its 32 bytes make a pair two cache lines.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 #[repr(align(32))]
 pub struct GasParticle<P: ParticleModel> {
-    /// Velocity \[length/time\].
+    /// Velocity of the particle \[length/time\].
     pub velocity: VectorOf<P>,
-    /// Tag of the size.
+    /// Tag by which radius, mass and species of the particle are found.
     pub tag: TagOf<P>,
-    /// Position of the particle in the selection of pairs.
+    /// Index by which the pair selection finds the particle: its group or size class.
     pub(crate) mark: u32,
 }
 
 impl<P: ParticleModel> GasParticle<P> {
-    /// Creates a particle that is in no selection yet.
+    /// Creates a particle that is not yet in any pair selection.
     pub fn new(velocity: VectorOf<P>, tag: TagOf<P>) -> Self {
         Self {
             velocity,
@@ -43,7 +46,7 @@ impl<P: ParticleModel> GasParticle<P> {
         }
     }
 
-    /// Returns true if the particle has merged into another particle.
+    /// Returns true if the particle has merged into another, and is not yet removed from the list.
     #[inline]
     pub fn is_gone(&self) -> bool {
         self.mark == GONE
@@ -61,11 +64,12 @@ impl<P: ParticleModel> Clone for GasParticle<P> {
 }
 impl<P: ParticleModel> Copy for GasParticle<P> {}
 
-/// Squared speed below which the fastest particle counts as at rest: products of speeds would soon
-/// underflow.
+/// Squared speed below which the fastest particle counts as at rest \[length^2/time^2\]: products
+/// of speeds would soon underflow.
 pub(crate) const COLDEST: f64 = 1e-280;
 
-/// Gas without positions: collisions depend on speeds and sizes alone.
+/// Homogeneous gas of particles without positions: collision rates depend on speeds and radii
+/// alone.
 #[derive(Clone, Debug)]
 pub struct HomogeneousGas<P: ParticleModel> {
     pub(crate) scene: P,
@@ -73,20 +77,20 @@ pub struct HomogeneousGas<P: ParticleModel> {
     pub(crate) contact: PairCorrelationFactor,
     pub(crate) volume: f64,
     pub(crate) particles: Vec<GasParticle<P>>,
-    /// Number of particles that are gone but still in the list.
+    /// Number of particles that have merged into others but are still in the list.
     pub(crate) gone: usize,
 }
 
-/// Returns the group of radii that lie within 1/16 of each other: exponent and four bits of the
-/// fraction.
+/// Returns the number of the size class of a radius: radii in a class differ by less than 1/16. It
+/// consists of the exponent and four bits of the fraction.
 #[inline]
 pub(crate) fn size_key(radius: f64) -> u32 {
     (radius.to_bits() >> 48) as u32
 }
 
 impl<P: SmoothPhysics> HomogeneousGas<P> {
-    /// Creates a gas of particles in a volume (an area in the plane). Particles are reordered by
-    /// size; equals keep their order.
+    /// Creates a gas of particles in a volume (an area in two dimensions) \[length^D\]. Particles
+    /// are sorted by radius; equals keep their order.
     ///
     /// # Errors
     /// [`HomogeneousError`] if the volume is not positive and finite, a velocity not finite, the
@@ -130,8 +134,8 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         Ok(gas)
     }
 
-    /// Creates a gas with Maxwellian velocities; `temperature` is the temperature of each species
-    /// \[energy\]: [`HomogeneousGas::drawn`].
+    /// Creates a gas of `count` particles with Maxwellian velocities; `temperature` gives that of
+    /// each species \[energy\], see [`HomogeneousGas::drawn`].
     ///
     /// # Errors
     /// As [`HomogeneousGas::new`].
@@ -147,9 +151,9 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         Self::drawn(scene, contact, volume, count, temperature, law, stream)
     }
 
-    /// Creates a gas of `count` particles, numbered from 0, whose sizes the scene has by their
-    /// number. Velocities are of a distribution, with the given temperature m<v^2>/D for each
-    /// species, without drift.
+    /// Creates a gas of `count` particles with random velocities and the sizes of the particle
+    /// model. Velocities follow the distribution `law` without drift, with exactly the temperature
+    /// m<v^2>/D of each species \[energy\].
     ///
     /// # Errors
     /// As [`HomogeneousGas::new`].
@@ -173,8 +177,8 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         Ok(gas)
     }
 
-    /// Removes the drift and gives every species its temperature exactly, if it has more than two
-    /// particles.
+    /// Removes the drift and scales the velocities of each species with more than two particles to
+    /// exactly its temperature \[energy\].
     fn set_temperatures(&mut self, temperature: impl Fn(u32) -> f64) {
         for _ in 0..3 {
             self.remove_drift();
@@ -208,24 +212,26 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         self.remove_drift();
     }
 
-    /// Subtracts the velocity of the centre of mass.
+    /// Subtracts the centre-of-mass velocity of the gas from all velocities.
     pub fn remove_drift(&mut self) {
         self.remove_drift_of(|_| true);
     }
 
-    /// Subtracts the velocity of the centre of mass of some species from theirs.
+    /// Subtracts the common centre-of-mass velocity of the chosen species from the velocities of
+    /// their particles.
     pub(crate) fn remove_drift_of(&mut self, chosen: impl Fn(u32) -> bool) {
         self.remove_drift_if(chosen, |_, _| true);
     }
 
-    /// Subtracts a drift that rounding has left: below 1e-10 of the thermal speed. The drift would
-    /// never decay while the gas cools, and at last exceed all relative motion.
+    /// Subtracts the centre-of-mass velocity of the chosen species if it is below 1e-10 of the
+    /// thermal speed, as rounding leaves it. It would never decay while the gas cools, and at last
+    /// exceed all relative motion.
     pub(crate) fn remove_rounding(&mut self, chosen: impl Fn(u32) -> bool) {
         self.remove_drift_if(chosen, |drift, thermal| drift < 1e-20 * thermal);
     }
 
-    /// Subtracts the velocity of the centre of mass of some species if `remove`, given its square
-    /// and their mean squared speed, is true.
+    /// Subtracts the centre-of-mass velocity of the chosen species if `remove` is true, given the
+    /// square of that velocity and the species' mean squared speed.
     fn remove_drift_if(&mut self, chosen: impl Fn(u32) -> bool, remove: impl Fn(f64, f64) -> bool) {
         let sizes = self.scene.sizes();
         let among = |particle: &GasParticle<P>| {
@@ -250,7 +256,8 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         }
     }
 
-    /// Removes merged particles and sorts all remaining ones by size; equals keep their order.
+    /// Removes merged particles from the list and sorts the others by radius; equals keep their
+    /// order.
     pub(crate) fn sort(&mut self) {
         if self.gone > 0 {
             self.particles.retain(|particle| !particle.is_gone());
@@ -263,7 +270,7 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         }
     }
 
-    /// Adapts the kernel to the current sizes.
+    /// Recomputes the collision kernel, with its contact values, for the current radii.
     pub(crate) fn measure_contacts(&mut self) -> Result<(), HomogeneousError> {
         let radii = self.alive().map(|particle| self.radius(particle));
         let kernel = CollisionKernel::of_gas(self.contact, P::Space::DIMENSION, self.volume, radii);
@@ -278,44 +285,44 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         Ok(())
     }
 
-    /// Returns the particles that are not gone.
+    /// Returns the particles of the gas, without those that have merged into others.
     pub fn alive(&self) -> impl Iterator<Item = &GasParticle<P>> {
         self.particles.iter().filter(|particle| !particle.is_gone())
     }
 
-    /// Number of particles that are not gone.
+    /// Returns the number of particles, without those that have merged into others.
     pub fn count(&self) -> usize {
         self.particles.len() - self.gone
     }
 
-    /// Returns the scene.
+    /// Returns the particle model: sizes and collision law.
     pub fn scene(&self) -> &P {
         &self.scene
     }
 
-    /// Volume \[length^D\]; an area in the plane.
+    /// Returns the volume of the gas \[length^D\], in two dimensions an area.
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
-    /// Returns the current kernel.
+    /// Returns the collision kernel for the current radii.
     pub fn kernel(&self) -> &CollisionKernel {
         &self.kernel
     }
 
-    /// Radius of a particle \[length\].
+    /// Returns the radius of a particle \[length\].
     #[inline]
     pub fn radius(&self, particle: &GasParticle<P>) -> f64 {
         self.scene.sizes().radius(particle.tag)
     }
 
-    /// Mass of a particle.
+    /// Returns the mass of a particle \[mass\].
     #[inline]
     pub fn mass(&self, particle: &GasParticle<P>) -> f64 {
         self.scene.sizes().mass(particle.tag)
     }
 
-    /// Kinetic energy, (1/2) sum m v^2 \[energy\].
+    /// Returns the kinetic energy of the gas, (1/2) sum m v^2 \[energy\].
     pub fn kinetic_energy(&self) -> f64 {
         let twice: f64 = self
             .alive()
@@ -324,7 +331,7 @@ impl<P: SmoothPhysics> HomogeneousGas<P> {
         0.5 * twice
     }
 
-    /// Momentum, sum m v.
+    /// Returns the total momentum of the gas, sum m v \[mass length/time\].
     pub fn momentum(&self) -> VectorOf<P> {
         let mut sum = VectorOf::<P>::default();
         for particle in self.alive() {

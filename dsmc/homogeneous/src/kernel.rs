@@ -1,23 +1,25 @@
-//! Collision kernel: the collision rate of a pair of given radii.
+//! Collision kernel of a homogeneous gas: the collision rate of a pair of given radii over its
+//! relative speed, dilute or with Enskog's contact values.
 
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::kinetic;
 
-/// Effect of density on the collision rate.
+/// Contact value χ of the pair correlation by which density raises collision rates: none or
+/// Enskog's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PairCorrelationFactor {
-    /// No effect: chi = 1, the Boltzmann gas.
+    /// Contact value 1 for all pairs: the Boltzmann gas.
     Dilute,
-    /// Contact values of a mixture: Santos, Yuste & López de Haro, Mol. Phys. 96, 1 (1999) in the
-    /// plane, with the equal-disk value of [`kinetic::contact_value`]; Boublík (1970) and Mansoori
-    /// et al. (1971) in space.
+    /// Contact values of Enskog's theory for a mixture: Santos, Yuste & López de Haro, Mol. Phys.
+    /// 96, 1 (1999) in the plane, with the equal-disk value of [`kinetic::contact_value`]; Boublík
+    /// (1970) and Mansoori et al. (1971) in space.
     Enskog,
 }
 
-/// Collision rate of a pair over its relative speed, `k(a, b) = sum_st M_st a^s b^t`, for radii a
-/// and b.
+/// Collision kernel of a homogeneous gas: the collision rate of a pair over its relative speed,
+/// `k(a, b) = sum_st M_st a^s b^t`, for radii a and b.
 ///
 /// For one unordered pair, `k g` is its rate \[1/time\]: `2 chi (a + b) g/V` in two dimensions and
 /// `pi chi (a + b)^2 g/V` in three. Both contact values of [`PairCorrelationFactor`] leave k a
@@ -31,8 +33,8 @@ pub struct CollisionKernel {
 }
 
 impl CollisionKernel {
-    /// Creates the kernel of hard disks or spheres in a volume (an area in the plane), with all
-    /// contact values one.
+    /// Creates the collision kernel of a dilute gas of hard disks or spheres in a volume
+    /// \[length^D\], with contact values of one.
     pub fn dilute(dimension: usize, volume: f64) -> Self {
         let mut coefficients = [[0.0; 3]; 3];
         if dimension == 2 {
@@ -44,8 +46,8 @@ impl CollisionKernel {
         Self { coefficients }.symmetric()
     }
 
-    /// Creates the kernel of a gas with Enskog's contact values. `moments[k]` is the sum over all
-    /// particles of (2 a)^k.
+    /// Creates the collision kernel of a dense gas with Enskog's contact values. `moments[k]` is
+    /// the sum over all particles of (2 a)^k, with radii a.
     pub fn dense(dimension: usize, volume: f64, moments: [f64; 4]) -> Self {
         let mut coefficients = [[0.0; 3]; 3];
         if dimension == 2 {
@@ -68,7 +70,8 @@ impl CollisionKernel {
         Self { coefficients }.symmetric()
     }
 
-    /// Creates the kernel of a gas of particles with the given radii.
+    /// Creates the collision kernel of a gas with the given particle radii \[length\] in a volume
+    /// \[length^D\].
     pub fn of_gas(
         contact: PairCorrelationFactor,
         dimension: usize,
@@ -99,7 +102,8 @@ impl CollisionKernel {
         self
     }
 
-    /// Returns k(a, b).
+    /// Returns the kernel k(a, b) of two radii: the collision rate of a pair over its relative
+    /// speed \[1/length\].
     #[inline]
     pub fn rate_coefficient(&self, a: f64, b: f64) -> f64 {
         let m = &self.coefficients;
@@ -113,21 +117,21 @@ impl CollisionKernel {
             + m[2][2] * product * product
     }
 
-    /// Returns the weights `sum_s a^s M_st` of the powers `b^t` of a partner's radius, for one
-    /// particle of radius a.
+    /// Returns the coefficients `sum_s a^s M_st` of the powers t = 0, 1, 2 of a partner's radius in
+    /// the kernel, for a particle of radius `a`.
     #[inline]
     pub(crate) fn partner_weights(&self, a: f64) -> [f64; 3] {
         let m = &self.coefficients;
         [0, 1, 2].map(|t| m[0][t] + a * (m[1][t] + a * m[2][t]))
     }
 
-    /// Returns the coefficients M.
+    /// Returns the coefficients M_st of the collision kernel `sum_st M_st a^s b^t`.
     pub fn coefficients(&self) -> &[[f64; 3]; 3] {
         &self.coefficients
     }
 }
 
-/// Returns the powers 0, 1, 2 of a number.
+/// Returns the powers 0, 1 and 2 of a radius.
 #[inline]
 pub(crate) fn powers(a: f64) -> [f64; 3] {
     [1.0, a, a * a]

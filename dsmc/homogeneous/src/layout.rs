@@ -1,4 +1,5 @@
-//! Layout of particles in classes of size and groups of speed.
+//! Layout of the particles for the selection of pairs by alias tables: classes of nearly equal
+//! radius, and in these groups of nearly equal speed with free slots.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Vector, memory};
@@ -6,57 +7,58 @@ use stosszahl_model::{Vector, memory};
 use super::gas::{COLDEST, GasParticle, HomogeneousGas, SmoothPhysics, size_key};
 use super::selection::ProposalValidity;
 
-/// Bits of the squared speed that are ignored within a group: eight groups per factor two, so a
-/// speed bound is on average 2 % above the speeds.
+/// Number of low bits of the squared speed that do not affect its group: there are eight groups per
+/// factor two, so the speed bound of a group is on average 2 % above the speeds.
 const SPEED_SHIFT: u32 = 52 - 3;
-/// Number of groups in a class; the slowest group also holds all slower particles.
+/// Largest number of groups of speed in a size class; the slowest group also holds all slower
+/// particles.
 const WINDOW: u32 = 160;
-/// Number of groups above the group of the fastest particle, for particles that get faster: a
+/// Number of groups laid out above that of the fastest particle, for particles that get faster: a
 /// factor two in speed.
 const HEADROOM: u32 = 16;
 
-/// Class of particles of like radius.
+/// Class of particles of nearly equal radius, with its slots and its weights as second partners.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct SizeClass {
-    /// Upper bound of the radius \[length\].
+    /// Upper bound of the radii in the class \[length\].
     pub radius: f64,
-    /// Sum of the kernel with all slots of second partners.
+    /// Sum of the collision kernel of the class's radius with all slots for second partners.
     pub partners: f64,
-    /// Cumulative shares of the first, and of the first two, powers of the radius in `partners`,
-    /// from which a power is drawn.
+    /// Cumulative fractions of the radius powers 0, and 0 and 1, in the sum `partners`, from which
+    /// the power for a second partner is drawn.
     pub cuts: [f64; 2],
-    /// Group of radii of the class, see [`size_key`].
+    /// Number of the size class, a logarithmic scale of radii, see [`size_key`].
     pub key: u32,
-    /// First index of the particles of the class at the last rebuild.
+    /// Index of the first particle of the class in the list sorted at the last rebuild.
     pub start: u32,
-    /// Number of particles at the last rebuild.
+    /// Number of particles in the class at the last rebuild.
     pub count: u32,
-    /// First slot in [`Layout::joined`] of particles that joined since the last rebuild.
+    /// First slot of the class in [`Layout::joined`], for particles added since the last rebuild.
     pub join_first: u32,
-    /// Number of slots for particles that join.
+    /// Number of slots of the class for particles added after the last rebuild.
     pub join_capacity: u32,
-    /// Number of particles that joined since the last rebuild.
+    /// Number of particles added to the class since the last rebuild.
     pub joined: u32,
-    /// End of the groups of the class, which are in rising order of speed.
+    /// Index after the last group of speed of the class; groups are in rising order of speed.
     pub groups_end: u32,
-    /// Group that was opened last since the rebuild.
+    /// Index of the last group of speed added to the class since the last rebuild.
     pub extra: u32,
-    /// True if all radii are equal.
+    /// True if all particles of the class have exactly the same radius.
     pub exact: bool,
 }
 
 impl SizeClass {
-    /// Number of slots for a second partner.
+    /// Returns the number of slots of the class for second partners, free ones included.
     #[inline]
     pub fn slots(&self) -> u32 {
         self.count + self.join_capacity
     }
 }
 
-/// Group: slots with the same speed bound, for particles of one class.
+/// Group of slots with one speed bound, for particles of one size class.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Group {
-    /// Largest speed in the group \[length/time\].
+    /// Upper bound of the speeds in the group \[length/time\].
     pub bound: f64,
     pub square: f64,
     pub first: u32,
@@ -66,39 +68,39 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// Puts the index of a particle into the next free slot.
+    /// Stores the index of a particle in the next free slot of the group.
     fn add_index(&mut self, order: &mut [u32], index: u32) {
         order[(self.first + self.length) as usize] = index;
         self.length += 1;
     }
 }
 
-/// Layout: all classes and groups.
+/// Layout of the slots of a gas: size classes, and their groups of speed.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Layout {
     pub classes: Vec<SizeClass>,
     pub groups: Vec<Group>,
-    /// Number of groups at the last rebuild.
+    /// Number of groups of speed at the last rebuild, without those added since.
     regular: usize,
-    /// Index of the particle in each slot of the groups.
+    /// Particle index in each slot of the groups of speed.
     pub order: Vec<u32>,
-    /// Indices of the particles that joined a class since the last rebuild, by slot.
+    /// Particle index in each slot for particles added to a size class since the last rebuild.
     pub joined: Vec<u32>,
-    /// Highest key of a squared speed at the last rebuild.
+    /// Largest key of a squared speed, its leading bits, at the last rebuild.
     top: u64,
-    /// Number of particles that joined since the last rebuild, by key of size from `first_key` on.
+    /// Number of particles added since the last rebuild, for each size class from `first_key` on.
     joins: Vec<u32>,
     first_key: u32,
-    /// True if particles change their sizes.
+    /// True if particles merge or break in this gas.
     sizes_change: bool,
-    /// Number of free slots for each that is expected to be needed.
+    /// Number of free slots laid out per slot expected to be needed until the next rebuild.
     generosity: f64,
-    /// True if a particle found no free slot since the last rebuild.
+    /// True if a particle found no free slot in its size class since the last rebuild.
     refused: bool,
-    /// Group of a class for each key of speed, or the next faster one. While groups are laid out:
-    /// numbers of particles.
+    /// Index of the group of speed for each size class and speed key, or of the next faster group.
+    /// During a rebuild: numbers of particles.
     bins: Vec<u32>,
-    /// Key of the slowest group.
+    /// Key of squared speed, its leading bits, of the slowest group.
     base: u64,
 }
 
@@ -107,14 +109,14 @@ fn speed_key(square: f64) -> u64 {
     square.to_bits() >> SPEED_SHIFT
 }
 
-/// Returns the next number below a square; zero for zero.
+/// Returns the next floating-point number below a squared speed; zero for zero.
 #[inline]
-fn below(square: f64) -> f64 {
+fn next_below(square: f64) -> f64 {
     f64::from_bits(square.to_bits().saturating_sub(1))
 }
 
-/// Square of the upper edge of a group \[length^2/time^2\].
-fn edge(key: u64) -> f64 {
+/// Returns the squared speed at the upper edge of the group with a speed key \[length^2/time^2\].
+fn upper_edge(key: u64) -> f64 {
     f64::from_bits((key + 1) << SPEED_SHIFT)
 }
 
@@ -126,7 +128,8 @@ impl Layout {
                 * size_of::<u32>()
     }
 
-    /// Finds a slot in a class for a particle that is faster than its group allows.
+    /// Moves a particle that has become faster than its group allows to a free slot of a faster
+    /// group in its size class; returns the effect on the proposals.
     pub fn find_slot<P: SmoothPhysics>(
         &mut self,
         particle: &mut GasParticle<P>,
@@ -134,7 +137,7 @@ impl Layout {
         class: u32,
         square: f64,
     ) -> ProposalValidity {
-        let bin = bin(below(square), self.base);
+        let bin = bin(next_below(square), self.base);
         let first = self.bins[class as usize * WINDOW as usize + bin] as usize;
         let end = self.classes[class as usize].groups_end as usize;
         debug_assert!(
@@ -155,7 +158,8 @@ impl Layout {
         self.open(particle, index, class, square)
     }
 
-    /// Opens a group for a particle for which no faster group of its class has a free slot.
+    /// Adds a group of speed for a particle of a size class none of whose faster groups has a free
+    /// slot; returns the effect on the proposals.
     fn open<P: SmoothPhysics>(
         &mut self,
         particle: &mut GasParticle<P>,
@@ -192,7 +196,8 @@ impl Layout {
         ProposalValidity::Changed
     }
 
-    /// Adds a particle of a new size to its class.
+    /// Adds a new particle to the size class of its radius, in a free slot; returns the effect on
+    /// the proposals.
     pub fn join<P: SmoothPhysics>(
         &mut self,
         particle: &mut GasParticle<P>,
@@ -224,7 +229,7 @@ impl Layout {
     }
 }
 
-/// Sorts all particles anew into classes of like radius, groups of like speed, and their slots.
+/// Rebuilds the layout: sorts all particles into size classes, groups of speed and slots.
 pub(crate) fn arrange<P: SmoothPhysics>(layout: &mut Layout, gas: &mut HomogeneousGas<P>) {
     if layout.classes.is_empty() || layout.sizes_change {
         gas.sort();
@@ -241,7 +246,7 @@ pub(crate) fn arrange<P: SmoothPhysics>(layout: &mut Layout, gas: &mut Homogeneo
     let mut fastest = 0.0;
     for _ in 0..2 {
         layout.base = (layout.top + u64::from(HEADROOM) + 1).saturating_sub(u64::from(WINDOW));
-        fastest = count(layout, gas);
+        fastest = count_by_speed(layout, gas);
         let found = speed_key(fastest);
         let near = found.abs_diff(layout.top) < u64::from(HEADROOM);
         layout.top = found;
@@ -250,10 +255,11 @@ pub(crate) fn arrange<P: SmoothPhysics>(layout: &mut Layout, gas: &mut Homogeneo
         }
     }
     open_groups(layout, fastest);
-    file(layout, gas);
+    fill_slots(layout, gas);
 }
 
-/// Finds the classes of a sorted gas; where sizes change, also classes that may be needed next.
+/// Creates the size classes of a gas sorted by radius; where particles merge or break, also classes
+/// that may be needed next.
 fn classify<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) {
     let old_first = layout.first_key;
     let old = std::mem::take(&mut layout.joins);
@@ -325,7 +331,8 @@ impl SizeClass {
     }
 }
 
-/// Returns the group of a squared speed within a class.
+/// Returns the index of the group of a squared speed within a size class; `base` is the speed key
+/// of the slowest group.
 #[inline]
 fn bin(square: f64, base: u64) -> usize {
     speed_key(square)
@@ -333,8 +340,8 @@ fn bin(square: f64, base: u64) -> usize {
         .min(u64::from(WINDOW) - 1) as usize
 }
 
-/// Counts particles by class and speed; returns the largest squared speed.
-fn count<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) -> f64 {
+/// Counts the particles of each size class by speed; returns the largest squared speed.
+fn count_by_speed<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) -> f64 {
     layout.bins.clear();
     layout
         .bins
@@ -355,7 +362,8 @@ fn count<P: SmoothPhysics>(layout: &mut Layout, gas: &HomogeneousGas<P>) -> f64 
     fastest
 }
 
-/// Lays out the groups of classes, with the slots in use and spare slots.
+/// Creates the groups of speed of all size classes, with slots for the particles counted and free
+/// slots.
 fn open_groups(layout: &mut Layout, fastest: f64) {
     layout.groups.clear();
     let (mut slot, mut join) = (0_u32, 0_u32);
@@ -386,7 +394,7 @@ fn open_groups(layout: &mut Layout, fastest: f64) {
             if taken + free == 0 {
                 continue;
             }
-            let square = edge(layout.base + bin as u64);
+            let square = upper_edge(layout.base + bin as u64);
             let last = bin + 1 == WINDOW as usize;
             let square = match () {
                 // A gas at rest has no rate at all.
@@ -419,8 +427,8 @@ fn open_groups(layout: &mut Layout, fastest: f64) {
     layout.order.resize(slot as usize, 0);
 }
 
-/// Puts every particle into its group.
-fn file<P: SmoothPhysics>(layout: &mut Layout, gas: &mut HomogeneousGas<P>) {
+/// Stores the index of every particle in a slot of its group of speed.
+fn fill_slots<P: SmoothPhysics>(layout: &mut Layout, gas: &mut HomogeneousGas<P>) {
     for (number, class) in layout.classes.iter().enumerate() {
         let groups = &layout.bins[number * WINDOW as usize..][..WINDOW as usize];
         for index in class.start..class.start + class.count {

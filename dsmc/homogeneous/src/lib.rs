@@ -69,7 +69,7 @@ pub use sticking::{
     shards, size_distribution,
 };
 
-/// Version of the statistics of this engine. It increases with each change that moves means beyond
-/// their errors (*Results changed* in the changelog), not with changes of rounding. Costly results
-/// in the documentation are refused once it has moved.
+/// Version of the statistics of the homogeneous Monte Carlo engine. It increases with each change
+/// that moves means beyond their errors (*Results changed* in the changelog), not with changes of
+/// rounding. Costly results in the documentation are refused once it has moved.
 pub const STATISTICS_VERSION: u32 = 1;

@@ -21,7 +21,7 @@ use super::kernel::powers;
 use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 use super::tree::SumTree;
 
-/// Candidate pair: two classes and a member of each.
+/// Candidate pair, as two size classes and the index of a particle in each.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Members {
     classes: [u32; 2],
@@ -32,7 +32,7 @@ pub struct Members {
 struct Class {
     bounds: ClassBounds,
     members: Vec<u32>,
-    /// True if all members have the radius of the bound.
+    /// True if all particles of the class have exactly the radius of its bound.
     exact: bool,
 }
 
@@ -48,17 +48,20 @@ impl AsMut<ClassBounds> for Class {
     }
 }
 
-/// Low-rank selection: classes of size with one speed bound each, found in trees of sums.
+/// Low-rank selection of candidate pairs: size classes with one speed bound each, drawn by weight
+/// from trees of sums.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LowRank {
     classes: Vec<Class>,
-    /// Trees of `n v a^s`.
+    /// Trees of the weights `n v a^s` of size classes for the first partner, one for each power s
+    /// of the radius.
     first: [SumTree; 3],
-    /// Trees of `n a^t`.
+    /// Trees of the weights `n a^t` of size classes for the second partner, one for each power t of
+    /// the radius.
     second: [SumTree; 3],
-    /// Rates of the nine terms \[1/time\].
+    /// Proposal rates of the nine terms (s, t) of the collision kernel \[1/time\].
     terms: [f64; 9],
-    /// Sum of the rates \[1/time\].
+    /// Proposal rate, summed over the nine terms of the collision kernel \[1/time\].
     rate: f64,
     sizes_change: bool,
 }

@@ -1,4 +1,4 @@
-//! Moments of a gas without positions, by species.
+//! Moments of velocities and displacements in a gas without positions, by species.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Sizes, Space, Vector, VectorOf};
@@ -6,30 +6,33 @@ use stosszahl_model::{Sizes, Space, Vector, VectorOf};
 use super::gas::{HomogeneousGas, SmoothPhysics};
 use super::motion::DisplacementRecord;
 
-/// Moments of velocities and displacements of one species, by [`moments`].
+/// Moments of velocities and displacements of one species, computed by [`moments`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesMoments {
-    /// Number of particles.
+    /// Number of particles of the species.
     pub count: usize,
-    /// Temperature `T = m <v^2>/D` \[energy\]; zero if there are none.
+    /// Granular temperature `T = m <v^2>/D` of the species \[energy\]; zero without particles.
     pub temperature: f64,
-    /// Fourth cumulant `a2 = D <v^4>/((D + 2) <v^2>^2) - 1`.
+    /// Fourth velocity cumulant `a2 = D <v^4>/((D + 2) <v^2>^2) - 1` of the species.
     pub fourth_cumulant: f64,
-    /// Mean squared displacement, if tracked \[length^2\].
+    /// Mean squared displacement of the species \[length^2\]; zero unless displacements are
+    /// tracked.
     pub displacement: f64,
-    /// Mean fourth power of the displacement, `<R^4>`, if tracked \[length^4\].
+    /// Mean fourth power of the displacement R of the species, `<R^4>` \[length^4\]; zero unless
+    /// displacements are tracked.
     pub displacement_fourth: f64,
-    /// Mean `<R . v>`, if displacements are tracked \[length^2/time\]; D times the diffusion
-    /// coefficient in the diffusive regime.
+    /// Mean `<R . v>` of displacement R and velocity v \[length^2/time\], zero unless displacements
+    /// are tracked; D times the diffusion coefficient in the diffusive regime.
     pub displacement_velocity: f64,
-    /// Mean `<(R . v)^2>`, if displacements are tracked \[length^4/time^2\].
+    /// Mean `<(R . v)^2>` of displacement R and velocity v \[length^4/time^2\]; zero unless
+    /// displacements are tracked.
     pub displacement_velocity_square: f64,
-    /// Velocity correlation `<v(0) . v(t)>`, if the initial velocities are given
-    /// \[length^2/time^2\].
+    /// Velocity correlation `<v(0) . v(t)>` of the species \[length^2/time^2\]; zero unless the
+    /// initial velocities are given.
     pub velocity_correlation: f64,
 }
 
-/// Computes the moments of every species of the scene, in one pass.
+/// Computes the moments of velocities and displacements of every species, in one pass over the gas.
 ///
 /// `displacement` has the paths and the current time, `start` the velocities at the start, by the
 /// indices of the gas.
@@ -41,8 +44,8 @@ pub fn moments<P: SmoothPhysics>(
     moments_by(gas, |kind| kind as usize, displacement, start)
 }
 
-/// Computes [`moments`] with several species in one group: `group` gives the number of the group of
-/// a species. The temperature of a group is the mean of `m v^2/D`, its cumulant the cumulant of
+/// Computes the moments of velocities and displacements, see [`moments`], for groups of species:
+/// `group` maps a species to its group. Temperature is the mean of `m v^2/D`, the cumulant that of
 /// `sqrt(m) v`.
 pub fn moments_by<P: SmoothPhysics>(
     gas: &HomogeneousGas<P>,

@@ -1,19 +1,20 @@
-//! Displacements of particles that have no position.
+//! Displacements of particles without positions, integrated from their velocities between
+//! collisions.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{ParticleModel, VectorOf};
 
-/// Record of the path of each particle.
+/// Recorder of particle motion in a gas without positions, updated at collisions.
 pub trait PathRecord<P: ParticleModel>: Clone + Serialize + DeserializeOwned {
-    /// Returns true if the times of single collisions are needed.
+    /// Returns true if motion is recorded, so that every collision needs its exact time.
     fn is_tracked(&self) -> bool;
 
-    /// Records that the particle with this index flew until `time` with this velocity and now
+    /// Records the free flight of a particle with the given velocity until `time`, when it
     /// collides.
     fn record_flight(&mut self, index: u32, velocity: &VectorOf<P>, time: f64);
 
-    /// Memory held \[bytes\].
+    /// Returns the memory that the recorded motion occupies \[bytes\].
     fn memory_bytes(&self) -> usize;
 }
 
@@ -29,7 +30,8 @@ impl<P: ParticleModel> PathRecord<P> for () {
     }
 }
 
-/// Displacements since the start and times of the last collision, updated at collisions only.
+/// Displacement since the start and time of the last collision of each particle, updated at
+/// collisions only.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct DisplacementRecord<P: ParticleModel> {
@@ -37,14 +39,15 @@ pub struct DisplacementRecord<P: ParticleModel> {
 }
 
 impl<P: ParticleModel> DisplacementRecord<P> {
-    /// Creates displacements of zero for all particles at `time`.
+    /// Creates a record of `count` particles with zero displacement at `time`.
     pub fn new(count: usize, time: f64) -> Self {
         Self {
             places: vec![(VectorOf::<P>::default(), time); count],
         }
     }
 
-    /// Displacement of a particle with this velocity at a time not before its last collision.
+    /// Returns the displacement of a particle since the start at a time after its last collision,
+    /// given its current velocity \[length\].
     #[inline]
     pub fn displacement_at(&self, index: usize, velocity: &VectorOf<P>, time: f64) -> VectorOf<P> {
         let (place, since) = self.places[index];

@@ -1,21 +1,24 @@
-//! Whole paths of some particles, and time averages along them.
+//! Trajectories of some particles of a gas without positions, and time-averaged mean squared
+//! displacements along them.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{ParticleModel, Vector, VectorOf};
 
 use super::motion::PathRecord;
 
-/// Corners of the paths of chosen particles: exact, as particles fly straight in between.
+/// Trajectories of chosen particles, as the corners at their collisions: exact, as particles fly
+/// straight in between.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Trajectories<P: ParticleModel> {
-    /// Number of the path of each particle; the largest number for none.
+    /// Index of the trajectory of each particle; the largest `u32` for particles without one.
     path_of: Vec<u32>,
     corners: Vec<Vec<(f64, VectorOf<P>)>>,
 }
 
 impl<P: ParticleModel> Trajectories<P> {
-    /// Creates paths of the given particles out of `count`, all from the origin at `time`.
+    /// Creates trajectories of the `chosen` particles out of `count`, all starting at the origin at
+    /// `time`.
     pub fn new(count: usize, chosen: &[u32], time: f64) -> Self {
         let mut path_of = vec![u32::MAX; count];
         for (path, &index) in chosen.iter().enumerate() {
@@ -29,13 +32,14 @@ impl<P: ParticleModel> Trajectories<P> {
         }
     }
 
-    /// Returns the index of the path of a particle, if it has one.
+    /// Returns the index of the trajectory of a particle; `None` if it has none.
     pub fn path_of(&self, particle: u32) -> Option<usize> {
         let path = *self.path_of.get(particle as usize)?;
         (path != u32::MAX).then_some(path as usize)
     }
 
-    /// Returns the corners of a path so far, with their times: the start and each collision.
+    /// Returns the corners of a trajectory so far, the start and each collision, as time and
+    /// displacement.
     pub fn corners(&self, path: usize) -> &[(f64, VectorOf<P>)] {
         self.corners.get(path).map_or(&[], Vec::as_slice)
     }
@@ -67,9 +71,9 @@ impl<P: ParticleModel> PathRecord<P> for Trajectories<P> {
     }
 }
 
-/// Mean squared displacement along one path over a lag, averaged over all starts from the path's
-/// first to the last that fits: `(1/(t - lag)) integral <(R(s + lag) - R(s))^2> ds`. `corners` must
-/// include the end of the path.
+/// Computes the time-averaged mean squared displacement along one trajectory over a lag
+/// \[length^2\], averaged over all start times that fit: `(1/(t - lag)) integral <(R(s + lag) -
+/// R(s))^2> ds`. `corners` must include the end of the trajectory.
 ///
 /// Between two corners of either end the integrand is quadratic, so Simpson's rule on each piece is
 /// exact. Two pointers run along the path: the cost is the number of corners. Zero if the lag does
@@ -100,14 +104,14 @@ pub fn time_averaged<V: Vector>(corners: &[(f64, V)], lag: f64) -> f64 {
     sum / (end - first.0)
 }
 
-/// Position on a path.
+/// Pointer to a straight segment of a trajectory, which advances with time.
 struct Walker<'a, V> {
     corners: &'a [(f64, V)],
     leg: usize,
 }
 
 impl<V: Vector> Walker<'_, V> {
-    /// Advances to the straight part of the path that contains a time.
+    /// Advances to the straight segment of the trajectory that contains a time.
     fn seek(&mut self, time: f64) {
         while self.leg + 2 < self.corners.len() && self.corners[self.leg + 1].0 <= time {
             self.leg += 1;

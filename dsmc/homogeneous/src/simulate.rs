@@ -1,4 +1,5 @@
-//! Gases without positions behind the common interface, chosen at run time.
+//! Gases without positions behind the common interface `Simulation`: particles, pair selection and
+//! contact rule are chosen at run time.
 
 use std::collections::BTreeMap;
 
@@ -27,57 +28,59 @@ use super::selection::SelectionMethod;
 use super::slots::AliasTableSelection;
 use super::sticking::{AggregationRule, Sticking, size_distribution};
 
-/// Collisions, for each particle of the start, in one leg: a part of a run between two checkpoints.
+/// Collisions per particle of the start in one leg, the segment of a run between two checkpoints.
 const LEG: f64 = 1.0;
-/// Fewest collisions in one leg of a run.
+/// Least number of collisions in one leg, the segment of a run between two checkpoints.
 const LEAST_LEG: u64 = 200_000;
 
-/// Selection of pairs; all selections are exact.
+/// Choice of the method that selects candidate pairs; all methods are exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PairSelection {
-    /// Groups of like speed and size in alias tables: [`AliasTableSelection`].
+    /// Selection from groups of nearly equal speed and size in alias tables:
+    /// [`AliasTableSelection`].
     #[default]
     AliasTables,
-    /// Products of the weights of size classes, found in trees: [`LowRank`].
+    /// Selection by products of the weights of size classes, found in trees of sums: [`LowRank`].
     LowRank,
-    /// Bird's single majorant: [`Bird`].
+    /// Bird's selection with a single majorant for all pairs: [`Bird`].
     SingleMajorant,
 }
 
-/// Settings of a gas without positions, from which it is made.
+/// Settings of a simulation of a gas without positions.
 #[derive(Clone, Debug)]
 pub struct HomogeneousSettings<'a> {
-    /// Dimension: 2 or 3.
+    /// Number of space dimensions, 2 or 3.
     pub dimension: usize,
-    /// Particles; smooth, without a field. Where they stick, equal monomers.
+    /// Sizes, masses and collision law of the particles, which must be smooth and without a field.
+    /// For aggregation: equal monomers.
     pub grains: &'a AnyGrains,
-    /// Number of particles.
+    /// Number of particles at the start.
     pub count: usize,
-    /// Volume \[length^D\]; an area in the plane.
+    /// Volume of the gas \[length^D\], in two dimensions an area.
     pub volume: f64,
-    /// Effect of density on collision rates.
+    /// Contact value of the pair correlation by which density raises collision rates.
     pub contact: PairCorrelationFactor,
-    /// Temperature of each species at the start \[energy\].
+    /// Granular temperature of each species at the start \[energy\].
     pub temperatures: &'a [f64],
-    /// Velocity distribution of each species at the start.
+    /// Shape of the velocity distribution of each species at the start.
     pub velocities: VelocityDistribution,
-    /// Selection of pairs.
+    /// Method that selects candidate pairs.
     pub pick: PairSelection,
-    /// Number of the species in the tracer limit.
+    /// Number of the species in the tracer limit, which does not affect the others; `None` without.
     pub tracer: Option<u32>,
-    /// Rule of sticking and breaking, if particles do.
+    /// Rule of aggregation and fragmentation; `None` if particles only bounce.
     pub sticking: Option<AggregationRule>,
-    /// True if displacements are measured.
+    /// True if displacements of particles are recorded.
     pub displacements: bool,
-    /// Number of particles of each group whose whole paths are kept, and the group of each species;
-    /// no paths if that is empty.
+    /// Number of particles in each group of species whose trajectories are kept, and the group of
+    /// each species; an empty list for no trajectories.
     pub paths: (usize, &'a [u32]),
-    /// Random streams.
+    /// Random streams of the run, by seed and replica.
     pub streams: Streams,
 }
 
 impl HomogeneousSettings<'_> {
-    /// Creates the gas with random velocities.
+    /// Creates the gas with random velocities, as a [`Simulation`].
     ///
     /// ```
     /// use stosszahl_homogeneous::{PairCorrelationFactor, HomogeneousSettings, PairSelection};
@@ -115,7 +118,8 @@ impl HomogeneousSettings<'_> {
         self.choose(None)
     }
 
-    /// Resumes from [`Simulation::save_checkpoint`]; all settings must be as at the start.
+    /// Resumes a gas from the bytes of [`Simulation::save_checkpoint`]; all settings must be as at
+    /// the start.
     ///
     /// # Errors
     /// As [`Self::simulate`]; and [`HomogeneousError::Checkpoint`] if the bytes are none of this
@@ -208,7 +212,8 @@ impl HomogeneousSettings<'_> {
         })
     }
 
-    /// Returns the first particles of each group, group by group.
+    /// Returns the indices of the particles whose trajectories are kept: the first of each group of
+    /// species, group by group.
     fn chosen<S: Space>(&self, gas: &HomogeneousGas<Mixed<S>>) -> Vec<u32> {
         let (most, groups) = self.paths;
         let last = groups.iter().max().map_or(0, |&last| last as usize + 1);
@@ -282,7 +287,7 @@ fn scene<S, Z>(space: S, restitution: Law, sizes: Z) -> Scene<S, Smooth, Law, Z,
     }
 }
 
-/// Access to displacements and paths, where they are kept.
+/// Access to recorded displacements and trajectories; `None` where they are not recorded.
 trait Follows<P: SmoothPhysics>: PathRecord<P> {
     fn displacement(&self) -> Option<&DisplacementRecord<P>> {
         None
@@ -303,7 +308,7 @@ impl<P: SmoothPhysics> Follows<P> for Option<(DisplacementRecord<P>, Option<Traj
     }
 }
 
-/// Access to the counters of contacts other than bounces.
+/// Access to the cluster sizes and counters of a contact rule; `None` for rules that only bounce.
 trait Counts<P: SmoothPhysics>: ContactRule<P> {
     fn census(&self, _gas: &HomogeneousGas<P>) -> Option<Census> {
         None
@@ -329,7 +334,7 @@ impl<P: SmoothPhysics<Sizes = Clusters>> Counts<P> for Sticking {
     }
 }
 
-/// Content of a checkpoint.
+/// Content of a saved checkpoint of a gas without positions.
 #[derive(Serialize, Deserialize)]
 #[serde(bound(
     serialize = "S: Serialize, M: Serialize, C: Serialize",
@@ -340,10 +345,10 @@ struct Kept<P: SmoothPhysics, S, M, C> {
     leg: u64,
 }
 
-/// A gas without positions behind [`Simulation`].
+/// Gas without positions behind the interface [`Simulation`].
 struct Positionless<P: SmoothPhysics, S, M, C> {
     engine: HomogeneousEngine<P, S, M, C>,
-    /// Number of collisions in one leg of the run.
+    /// Number of collisions in one leg, the segment of the run between two checkpoints.
     leg: u64,
 }
 

@@ -1,4 +1,5 @@
-//! Selection by slots: positions in groups of like speed and size, drawn in constant time.
+//! Selection of candidate pairs by alias tables: slots for particles in groups of nearly equal
+//! speed and size, drawn in constant time.
 //!
 //! Particles of like radius form a class; within it, particles of like speed form a group: a run of
 //! slots with one speed bound w, a few of them empty. A proposal draws a slot for the first
@@ -28,32 +29,36 @@ use super::kernel::powers;
 use super::layout::{self, Group, Layout};
 use super::selection::{CandidatePair, ProposalValidity, SelectionMethod};
 
-/// Proposal: a slot of a group, for the first partner, and a slot of a class, for the second.
+/// Pair proposal: a slot in a group of speed for the first partner, and a slot in a size class for
+/// the second.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SlotPair {
-    /// Group of the first slot.
+    /// Index of the group of speed that contains the slot of the first partner.
     group: u32,
-    /// Index of the first slot in the layout.
+    /// Index of the slot of the first partner among all slots.
     slot: u32,
-    /// Class of the second slot.
+    /// Index of the size class that contains the slot of the second partner.
     class: u32,
-    /// Index of the second slot in its class.
+    /// Index within its size class of the slot of the second partner.
     other: u32,
 }
 
-/// Selection of slots in groups of like speed and size, from alias tables.
+/// Selection of candidate pairs from alias tables, with slots in groups of nearly equal speed and
+/// size.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AliasTableSelection {
     layout: Layout,
-    /// Table of groups, weighted by number of slots, speed bound and kernel sum over partners.
+    /// Alias table for the first partner: groups of speed, weighted by number of slots, speed bound
+    /// and kernel sum over partners.
     first: Alias,
-    /// Tables of classes for each power of the radius, weighted by number of slots and that power.
+    /// Alias tables for the second partner, one for each power of the radius: size classes,
+    /// weighted by number of slots and that power.
     second: [Alias; 3],
     rate: f64,
 }
 
 impl AliasTableSelection {
-    /// Computes the alias tables of groups and classes from the layout.
+    /// Computes the alias tables for first and second partners from the current layout.
     fn weigh<P: SmoothPhysics>(&mut self, gas: &HomogeneousGas<P>) {
         let kernel = *gas.kernel();
         let mut sums = [0.0; 3];
@@ -77,7 +82,7 @@ impl AliasTableSelection {
         self.weigh_groups();
     }
 
-    /// Computes the alias table of groups, from which first partners are drawn.
+    /// Computes the alias table of groups of speed for first partners, and the proposal rate.
     fn weigh_groups(&mut self) {
         let classes = &self.layout.classes;
         self.rate = self.first.fill(self.layout.groups.iter().map(|group| {

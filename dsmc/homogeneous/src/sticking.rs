@@ -1,4 +1,5 @@
-//! Aggregation and fragmentation: particles that stick together or break on contact.
+//! Aggregation and fragmentation: clusters of monomers that merge or break into monomers on
+//! contact, by thresholds of the relative energy or speed.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -8,26 +9,28 @@ use stosszahl_model::{Clusters, InvalidValue, ParticleModel, Sizes, Space, Vecto
 use super::contact::{Bounce, CollidingParticles, ContactOutcome, ContactRule};
 use super::gas::{GasParticle, HomogeneousGas, SmoothPhysics};
 
-/// Part of the relative kinetic energy that is compared with a threshold.
+/// Part of the relative kinetic energy of a pair that is compared with a threshold: all, or that
+/// along the line of centres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EnergyLoss {
-    /// All of the relative motion, `mu g^2/2`.
+    /// Kinetic energy of the whole relative motion, `mu g^2/2`, with the reduced mass mu.
     Full,
-    /// Motion along the line of centres, `mu (g . e)^2/2`.
+    /// Kinetic energy of the relative motion along the line of centres, `mu (g . e)^2/2`, with the
+    /// reduced mass mu.
     Normal,
 }
 
-/// Value of a threshold; infinite is allowed.
+/// Value of a threshold of aggregation or fragmentation, as energy or speed; infinity is allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EnergyLimit {
-    /// Energy of the relative motion \[energy\].
+    /// Threshold energy of the relative motion \[energy\].
     Energy(f64),
-    /// Relative speed, for any masses \[length/time\].
+    /// Threshold of the relative speed, for any masses \[length/time\].
     Speed(f64),
 }
 
 impl EnergyLimit {
-    /// Energy of the relative motion at the limit, with a reduced mass \[energy\].
+    /// Returns the threshold as energy of the relative motion, for a reduced mass \[energy\].
     fn energy(self, reduced: f64) -> f64 {
         match self {
             Self::Energy(energy) => energy,
@@ -36,59 +39,60 @@ impl EnergyLimit {
     }
 }
 
-/// Threshold of an energy or a speed, at which sticking or breaking begins.
+/// Threshold of energy or speed below which particles aggregate, or above which they break.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Threshold {
-    /// Value of the threshold.
+    /// Value of the threshold, an energy or a speed.
     pub limit: EnergyLimit,
-    /// Part of the relative motion that is compared with the limit.
+    /// Part of the relative motion that is compared with the threshold.
     pub part: EnergyLoss,
 }
 
-/// Order of the tests, if both conditions hold.
+/// Order in which the conditions of aggregation and of fragmentation are tested, if both hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TestOrder {
-    /// The test of sticking comes first, then the test of breaking.
+    /// Aggregation is tested before fragmentation.
     StickFirst,
-    /// The test of breaking comes first, then the test of sticking.
+    /// Fragmentation is tested before aggregation.
     BreakFirst,
 }
 
-/// Rule by which particles stick, break or bounce.
+/// Rule of aggregation and fragmentation: when particles merge, break into monomers, or bounce.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AggregationRule {
-    /// Threshold below which pairs stick.
+    /// Threshold below which the two particles of a pair merge.
     pub stick: Threshold,
-    /// Threshold above which pairs with three monomers or more break into monomers; two monomers
-    /// bounce.
+    /// Threshold above which pairs of clusters with three monomers or more break into monomers; two
+    /// monomers bounce.
     pub shatter: Threshold,
-    /// Order of the tests, if both conditions hold.
+    /// Order in which the two thresholds are tested, if both conditions hold.
     pub order: TestOrder,
-    /// Factor of the relative speed in breaking: its square is the share of the energy of the
-    /// relative motion that stays kinetic.
+    /// Factor on the relative speed in fragmentation, 0 to 1: its square is the fraction of the
+    /// relative kinetic energy that remains kinetic.
     pub retained: f64,
-    /// Most particles of the gas; pairs that would break beyond it bounce, and are counted.
+    /// Largest number of particles of the gas; pairs that would break beyond it bounce, and are
+    /// counted.
     pub most: usize,
 }
 
-/// Energy lost and number of events by kind.
+/// Ledger of aggregation and fragmentation: energy lost, and number of events, of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AggregationLedger {
-    /// Energy lost in sticking \[energy\].
+    /// Kinetic energy lost in aggregation \[energy\].
     pub stuck: f64,
-    /// Energy lost in breaking \[energy\].
+    /// Kinetic energy lost in fragmentation \[energy\].
     pub shattered: f64,
-    /// Number of pairs that stuck.
+    /// Number of aggregations: pairs that merged.
     pub mergers: u64,
-    /// Number of pairs that broke.
+    /// Number of fragmentations: pairs that broke into monomers.
     pub shatterings: u64,
-    /// Number of pairs that should have stuck or broken, but bounced, because the gas or the
-    /// cluster would have become too large.
+    /// Number of pairs that bounced instead of merging or breaking, because the gas or the cluster
+    /// would have become too large.
     pub refused: u64,
 }
 
-/// Contact law of clusters of monomers: they stick (aggregation) below one energy or relative
-/// speed, break (fragmentation) above another, and bounce in between by the scene's law.
+/// Contact rule of clusters of monomers: pairs merge (aggregation) below one energy or relative
+/// speed, break (fragmentation) above another, and bounce in between.
 ///
 /// Sticking conserves mass and momentum; the energy `mu g^2/2` goes into the ledger. Breaking turns
 /// both partners into their k + j monomers, with the velocity of the centre of mass. Relative
@@ -98,9 +102,9 @@ pub struct AggregationLedger {
 /// sometimes proposed, creates energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sticking {
-    /// Rule by which particles stick and break.
+    /// Thresholds and parameters of aggregation and fragmentation.
     pub rule: AggregationRule,
-    /// Energy lost and number of events so far.
+    /// Energy lost and number of events by aggregation and fragmentation so far.
     pub ledger: AggregationLedger,
 }
 
@@ -111,7 +115,7 @@ enum Fate {
 }
 
 impl Sticking {
-    /// Creates the contact law of a rule, with an empty ledger.
+    /// Creates the contact rule of aggregation and fragmentation, with an empty ledger.
     ///
     /// # Errors
     /// [`InvalidValue`] unless thresholds are numbers not below zero and `retained` is from 0 to 1.
@@ -132,9 +136,8 @@ impl Sticking {
         })
     }
 
-    /// Decides between sticking, breaking and bouncing for a pair of these sizes and this reduced
-    /// mass; `energies` are the energy of its relative motion and the part along the line of
-    /// centres.
+    /// Decides whether a pair merges, breaks or bounces. `monomers` are the cluster sizes,
+    /// `energies` those of its relative motion and of the part along the line of centres.
     fn fate(
         &mut self,
         monomers: [u32; 2],
@@ -165,8 +168,8 @@ impl Sticking {
     }
 }
 
-/// Draws velocities of `count` equal particles with zero momentum and the mean squared speed
-/// `square`, uniform among all such.
+/// Draws the velocities of `count` equal fragments with zero total momentum and mean squared speed
+/// `square`, uniformly from all such sets (microcanonical).
 pub fn shards<S: Space>(count: u32, square: f64, stream: &mut impl Rng) -> Vec<S::Vector> {
     let n = f64::from(count);
     let mut velocities: Vec<S::Vector> = (0..count)
@@ -245,7 +248,7 @@ impl<P: SmoothPhysics<Sizes = Clusters>> ContactRule<P> for Sticking {
     }
 }
 
-/// Counts clusters by their monomers, in rising order.
+/// Counts the clusters of each size: pairs of monomer number and cluster count, in rising order.
 pub fn size_distribution<P: SmoothPhysics<Sizes = Clusters>>(
     gas: &HomogeneousGas<P>,
 ) -> Vec<(u32, u64)> {

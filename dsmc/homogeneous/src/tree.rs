@@ -1,30 +1,31 @@
-//! Tree of partial sums: single weights change and are drawn in logarithmic time.
+//! Binary tree of partial sums: a weight is changed, or drawn at random, in logarithmic time.
 
 use serde::{Deserialize, Serialize};
 
-/// Binary tree of partial sums. A node is summed again from its two children when one of them
-/// changes, so rounding does not accumulate.
+/// Binary tree of partial sums of weights. A node is summed again from its two children when one of
+/// them changes, so rounding does not accumulate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SumTree {
-    /// Partial sums: node 1 is the root, the leaves are the upper half.
+    /// Partial sums of the weights in a binary tree: node 1 is the root, the leaves are the upper
+    /// half.
     nodes: Vec<f64>,
 }
 
 impl SumTree {
-    /// Creates a tree of `count` weights, all zero.
+    /// Creates a tree of partial sums of `count` weights, all zero.
     pub fn new(count: usize) -> Self {
         Self {
             nodes: vec![0.0; 2 * count.next_power_of_two()],
         }
     }
 
-    /// Sum of the weights.
+    /// Returns the sum of all weights.
     #[inline]
     pub fn total(&self) -> f64 {
         self.nodes.get(1).copied().unwrap_or(0.0)
     }
 
-    /// Replaces a weight.
+    /// Sets the weight at an index, and updates the partial sums above it.
     pub fn set(&mut self, index: usize, weight: f64) {
         let mut node = self.nodes.len() / 2 + index;
         self.nodes[node] = weight;
@@ -34,8 +35,8 @@ impl SumTree {
         }
     }
 
-    /// Returns the weight in which the share `u`, from 0 to below 1, of the total lies. The total
-    /// must be above zero; weights of zero are never found.
+    /// Returns the index of the weight in whose interval the fraction `u` of the cumulative sum
+    /// lies, 0 <= u < 1. The total must be above zero; zero weights are never found.
     #[inline]
     pub fn find_weight(&self, u: f64) -> usize {
         let leaves = self.nodes.len() / 2;
@@ -54,7 +55,7 @@ impl SumTree {
         node - leaves
     }
 
-    /// Memory held \[bytes\].
+    /// Returns the memory that the tree occupies \[bytes\].
     pub fn memory_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<f64>()
     }

@@ -1,4 +1,4 @@
-//! Boundary conditions of a box: walls, inflows, obstacles and simulator weights.
+//! Boundary conditions of a DSMC run: walls, open faces, inflows, obstacles and simulator weights.
 
 use stosszahl_model::walls::{FreeArea, Obstacle};
 use stosszahl_model::{Domain, Face, Plane, Sizes, Space, Volume, Walls};
@@ -8,27 +8,29 @@ use super::weights::SimulatorWeights;
 use crate::parameters::{DsmcError, Parameters};
 use crate::scheme::{DensityWindow, Neighbourhood, PartnerDisplacement, WallClearance};
 
-/// Smallest free fraction of a box; a box without room counts as having this much.
+/// Least free fraction of the box volume: a box completely filled by obstacles counts as having
+/// this much.
 const LEAST_SHARE: f64 = 1e-9;
 
-/// Boundary conditions of a run: faces, inflows, obstacles and weights. The default is a periodic
-/// box.
+/// Boundary conditions of a DSMC run: walls and open faces, inflows, obstacles and simulator
+/// weights. The default is a periodic box.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BoundaryConditions<S: Space> {
-    /// Faces of the box, with its walls; the domain must be periodic along the same axes.
+    /// Walls and open faces of the box; the box must be periodic along the other axes.
     pub walls: Walls<S>,
-    /// Distance at which walls and obstacles stop a particle.
+    /// Contact of particles with walls and obstacles: by their centre or by their surface.
     pub clearance: WallClearance,
-    /// Streams that enter through open faces.
+    /// Inflows: streams of gas that enter through open faces.
     pub inflows: Vec<Inflow<S>>,
-    /// Weights of simulators by region.
+    /// Simulator weights: number of particles per simulator, by region of the box.
     pub weights: SimulatorWeights,
     /// Obstacles in the box; in three dimensions, prisms along the third axis.
     pub obstacles: Vec<Obstacle>,
 }
 
 impl BoundaryConditions<Volume> {
-    /// Returns the boundaries in two dimensions, without their components along the third axis.
+    /// Returns the boundary conditions reduced to two dimensions, without components along the
+    /// third axis.
     pub fn in_plane(&self) -> BoundaryConditions<Plane> {
         BoundaryConditions {
             walls: self.walls.in_plane(),
@@ -41,7 +43,7 @@ impl BoundaryConditions<Volume> {
 }
 
 impl<S: Space> BoundaryConditions<S> {
-    /// Returns a copy whose regions have these weight factors; unchanged if the number of factors
+    /// Returns a copy with the given weight factors of the regions; unchanged if their number
     /// differs.
     pub(crate) fn with_factors(&self, factors: &[f64]) -> Self {
         Self {
@@ -50,7 +52,8 @@ impl<S: Space> BoundaryConditions<S> {
         }
     }
 
-    /// Returns true if the box is periodic, uniform in weight, and free of obstacles and inflows.
+    /// Returns true if the box is periodic along all axes, without inflows, obstacles and weight
+    /// factors.
     pub fn is_periodic(&self) -> bool {
         self.walls.is_periodic()
             && self.inflows.is_empty()
@@ -58,12 +61,12 @@ impl<S: Space> BoundaryConditions<S> {
             && self.obstacles.is_empty()
     }
 
-    /// Returns true if simulators enter, leave, split or merge.
+    /// Returns true if the number of simulators can change: they enter, leave, split or merge.
     pub fn is_open(&self) -> bool {
         self.walls.is_open() || !self.inflows.is_empty() || !self.weights.is_uniform()
     }
 
-    /// Packing fraction of the densest inflow.
+    /// Returns the largest packing fraction among the inflows; 0 without inflows.
     pub(crate) fn densest<Z: Sizes>(&self, sizes: &Z) -> f64 {
         let inflows = self.inflows.iter();
         let packing = |inflow: &Inflow<S>| {
@@ -73,8 +76,8 @@ impl<S: Space> BoundaryConditions<S> {
         inflows.map(packing).fold(0.0, f64::max)
     }
 
-    /// Volume of the box in which centres of particles of this radius do not overlap obstacles
-    /// \[length^D\]. The part behind walls is included.
+    /// Returns the volume of the box in which centres of particles with a radius do not overlap
+    /// obstacles \[length^D\]. Space that walls occupy is not subtracted.
     pub(crate) fn free_volume(&self, domain: &Domain<S>, radius: f64) -> f64 {
         let all = domain.volume();
         if self.obstacles.is_empty() {
@@ -92,7 +95,7 @@ impl<S: Space> BoundaryConditions<S> {
         all * share.max(LEAST_SHARE)
     }
 
-    /// Checks that walls, inflows, weights and obstacles fit the box and the scheme.
+    /// Checks that walls, inflows, weights and obstacles fit the box and the collision scheme.
     pub(crate) fn check_domain(
         &self,
         domain: &Domain<S>,

@@ -1,10 +1,11 @@
-//! Convex polygons in the plane: cutting, area, hull.
+//! Convex polygons in the plane: clipping by a line, area and centroid, convex hull.
 
 use nalgebra::Vector2;
 
 type Point = Vector2<f64>;
 
-/// Directed straight line; points of non-negative `height` are in front of it.
+/// Directed straight line that divides the plane: points of non-negative `height` are in front of
+/// it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CutLine {
     point: Point,
@@ -12,7 +13,8 @@ pub(super) struct CutLine {
 }
 
 impl CutLine {
-    /// Creates the line through two points, with its front to the left.
+    /// Creates the line through two points; its front side is on the left, seen from the first to
+    /// the second.
     pub(super) fn through([from, to]: [Point; 2]) -> Self {
         let along = (to - from).normalize();
         Self {
@@ -21,30 +23,32 @@ impl CutLine {
         }
     }
 
-    /// Creates the line through a point, with its front in the direction of the unit vector
+    /// Creates the line through a point; its front side is in the direction of the unit vector
     /// `normal`.
     pub(super) fn facing(point: Point, normal: Point) -> Self {
         Self { point, normal }
     }
 
-    /// Signed distance of a point from the line \[length\]; negative behind it.
+    /// Returns the signed distance of a point from the line \[length\]; negative behind it.
     #[inline]
     pub(super) fn height(&self, point: Point) -> f64 {
         (point - self.point).dot(&self.normal)
     }
 
-    /// Returns the line with front and back exchanged.
+    /// Returns the dividing line with its front and back sides exchanged.
     fn reversed(&self) -> Self {
         Self::facing(self.point, -self.normal)
     }
 }
 
-/// Convex polygon with corners in counter-clockwise order. Fewer than three corners have no area.
+/// Convex polygon, as corners in counter-clockwise order. With fewer than three corners its area is
+/// zero.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConvexPolygon(Vec<Point>);
 
 impl ConvexPolygon {
-    /// Creates the rectangle between two opposite corners.
+    /// Creates the rectangle with sides along the axes between its lower left and upper right
+    /// corner.
     pub(super) fn rectangle(low: Point, high: Point) -> Self {
         Self(vec![
             low,
@@ -54,7 +58,7 @@ impl ConvexPolygon {
         ])
     }
 
-    /// Convex hull of the points.
+    /// Creates the convex hull of points.
     pub(super) fn hull(points: &[Point]) -> Self {
         let mut sorted = points.to_vec();
         sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
@@ -76,18 +80,18 @@ impl ConvexPolygon {
         Self(corners)
     }
 
-    /// Corners in counter-clockwise order.
+    /// Returns the corners of the polygon in counter-clockwise order.
     pub(super) fn corners(&self) -> &[Point] {
         &self.0
     }
 
-    /// Sides, each as its first and its last corner.
+    /// Returns the sides of the polygon, each as its first and its last corner.
     fn sides(&self) -> impl Iterator<Item = [Point; 2]> + '_ {
         let next = self.0.iter().cycle().skip(1);
         self.0.iter().zip(next).map(|(&from, &to)| [from, to])
     }
 
-    /// Part of the polygon in front of a line.
+    /// Returns the part of the polygon in front of a line.
     pub(super) fn in_front_of(&self, line: &CutLine) -> Self {
         let mut corners = Vec::with_capacity(self.0.len() + 1);
         for [from, to] in self.sides() {
@@ -105,12 +109,12 @@ impl ConvexPolygon {
         Self(corners)
     }
 
-    /// Parts of the polygon behind a line and in front of it.
+    /// Cuts the polygon at a line: returns the parts behind it and in front of it.
     pub(super) fn cut(&self, line: &CutLine) -> [Self; 2] {
         [self.in_front_of(&line.reversed()), self.in_front_of(line)]
     }
 
-    /// Area \[length^2\] and centroid.
+    /// Returns the area \[length^2\] and the centroid of the polygon.
     pub(super) fn area_and_centroid(&self) -> (f64, Point) {
         let Some(&origin) = self.0.first() else {
             return (0.0, Point::zeros());
@@ -127,13 +131,14 @@ impl ConvexPolygon {
         (0.5 * twice, origin + moment / (3.0 * twice))
     }
 
-    /// Largest distance of a corner from a point \[length\].
+    /// Returns the largest distance of a corner of the polygon from a point \[length\].
     pub(super) fn radius_around(&self, point: Point) -> f64 {
         let distances = self.0.iter().map(|corner| (corner - point).norm());
         distances.fold(0.0, f64::max)
     }
 
-    /// Length of the part of a segment that lies deeper inside than `margin` \[length\].
+    /// Returns the length of the part of a segment that is inside the polygon and farther than
+    /// `margin` from its sides \[length\].
     pub(super) fn length_inside(&self, [from, to]: [Point; 2], margin: f64) -> f64 {
         let (mut begin, mut end) = (0.0_f64, 1.0_f64);
         for side in self.sides() {

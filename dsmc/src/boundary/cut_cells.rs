@@ -26,54 +26,59 @@ use super::obstacles::{ClosedRegion, ObstacleMap};
 use crate::grid::Grid;
 use crate::parameters::DsmcError;
 
-/// Smallest free fraction of a cell that holds simulators: rounding may leave one just beyond a
-/// wall that cuts the cell.
+/// Least free fraction of a cell or sub-cell that contains simulators: rounding may leave one just
+/// beyond a wall that cuts the cell.
 pub(super) const LEAST_ROOM: f64 = 1e-3;
 
-/// Largest number of parts into which edges may divide a cell.
+/// Largest number of convex parts into which the edges of obstacles may divide a cell.
 const MOST_PARTS: usize = 256;
 
-/// Number of successive halvings of a cell, after which the edge of the free area counts as
-/// straight.
+/// Number of successive quarterings of a cell part in the measurement of its free area, after which
+/// the boundary counts as straight.
 const DEPTH: u32 = 5;
 
-/// Length within a part \[cell widths\] below which an edge does not cross it.
+/// Least length of an edge inside a part of a cell, in cell widths, for which the edge divides the
+/// part.
 const THIN: f64 = 1e-11;
 
-/// Largest number of halvings tried when the error message suggests a cell size.
+/// Largest number of halvings of a cell tried when the error message suggests a smaller cell size.
 const FINEST: u32 = 8;
 
 type Point = Vector2<f64>;
 
-/// Cut cells of the grid, found by their coordinates along the first two axes.
+/// Cells that obstacles cut, with a table that finds them by column and row.
 pub(crate) struct CutCells {
-    /// Index of each cell in `cells` plus one; 0 for cells that no obstacle cuts.
+    /// Index of each cell of the grid in the list `cells` plus one; 0 for cells that no obstacle
+    /// cuts.
     indices: Vec<u32>,
     columns: u32,
     cells: Vec<CutCell>,
-    /// Number of sub-cells of all split cells.
+    /// Number of sub-cells, summed over all cells that obstacles split.
     sub_cells: usize,
 }
 
 /// Cell that obstacles cut, with its free area and its sub-cells.
 pub(crate) struct CutCell {
-    /// Coordinates of the cell along the first two axes.
+    /// Column and row of the cut cell in the grid.
     at: [u32; 2],
-    /// Corners of the cell, extended where a moving wall recedes beyond the box \[length\].
+    /// Lower left and upper right corner of the cut cell, extended where a moving wall recedes
+    /// beyond the box \[length\].
     corners: [Point; 2],
-    /// Numbers of the obstacles that may overlap the cell.
+    /// Indices of the obstacles that may overlap the cut cell.
     near: Vec<usize>,
-    /// Free fraction of the cell's area.
+    /// Fraction of the cell's area that is open to particle centres, 0 to 1.
     room: f64,
     nodes: Vec<CutNode>,
-    /// Convex parts, each with the index of its sub-cell.
+    /// Convex parts into which edges of obstacles divide the cell, each with the index of its
+    /// sub-cell.
     parts: Vec<(ConvexPolygon, usize)>,
     sub_cells: Vec<SubCell>,
-    /// Index of the first sub-cell among the sub-cells of all split cells.
+    /// Index of the cell's first sub-cell among the sub-cells of all split cells.
     first: usize,
 }
 
-/// Node of the division tree: a line, and the branches behind and in front of the line.
+/// Node of the binary tree that finds the part of a cut cell at a position: a line, and the
+/// branches behind and in front of it.
 struct CutNode {
     line: CutLine,
     sides: [CutBranch; 2],
@@ -85,22 +90,26 @@ enum CutBranch {
     Part(usize),
 }
 
-/// Part of the free area of a cell within which all points see each other.
+/// Sub-cell: part of the free area of a cut cell within which all points are in line of sight.
 struct SubCell {
-    /// Area over the area of a whole cell, from 0 to 1.
+    /// Free area of the sub-cell over the area of a whole cell, from 0 to 1.
     share: f64,
-    /// Point in the sub-cell, far from all obstacles.
+    /// Point in the sub-cell that is far from all obstacles, from which lines of sight start
+    /// \[length\].
     inside: Point,
-    /// Distance of `inside` from the nearest obstacle \[length\].
+    /// Distance of the point `inside` from the region that obstacles close to particle centres
+    /// \[length\].
     gap: f64,
 }
 
-/// Region that walls leave to particle centres: its lower and its upper corner \[length\].
+/// Rectangle that walls leave to particle centres: its lower left and upper right corner
+/// \[length\].
 pub(super) type CentreLimits = [Point; 2];
 
 impl CutCells {
-    /// Finds the cells cut by obstacles, for centres that stay `clearance` away from them.
-    /// `beyond`: largest distance by which walls recede from the box, by side \[length\].
+    /// Finds the cells cut by obstacles and divides them into sub-cells, for particle centres at
+    /// least `clearance` from obstacles \[length\]. `beyond` holds the largest displacement of each
+    /// wall out of the box \[length\].
     ///
     /// # Errors [`DsmcError::CutCell`] if a cell would be divided into too many parts.
     pub(super) fn new<S: Space>(
@@ -163,7 +172,8 @@ impl CutCells {
         }
     }
 
-    /// Measures again the cells that moving walls now cut differently.
+    /// Recomputes the free areas of cut cells that moving walls now cut differently: `old` and
+    /// `new` are the limits for particle centres.
     pub(super) fn move_walls(
         &mut self,
         obstacles: &ObstacleMap,
@@ -184,38 +194,39 @@ impl CutCells {
         }
     }
 
-    /// Cut cell at these coordinates; `None` if no obstacle cuts it.
+    /// Returns the cut cell at a column and row of the grid; `None` if no obstacle cuts that cell.
     #[inline]
     pub(crate) fn get(&self, [x, y, _]: [u32; 3]) -> Option<&CutCell> {
         let index = self.indices[(x + self.columns * y) as usize] as usize;
         index.checked_sub(1).map(|index| &self.cells[index])
     }
 
-    /// Split cell at these coordinates; `None` unless it has several sub-cells.
+    /// Returns the cut cell at a column and row of the grid if it has several sub-cells; `None`
+    /// otherwise.
     #[inline]
     pub(crate) fn split(&self, at: [u32; 3]) -> Option<&CutCell> {
         self.get(at).filter(|cell| cell.is_split())
     }
 
-    /// All cut cells.
+    /// Returns all cells that obstacles cut.
     pub(super) fn cells(&self) -> &[CutCell] {
         &self.cells
     }
 
-    /// Number of sub-cells of all split cells.
+    /// Returns the number of sub-cells of all cells that obstacles split.
     pub(super) fn sub_cells(&self) -> usize {
         self.sub_cells
     }
 
-    /// Memory of the cut cells \[bytes\].
+    /// Returns the memory that the cut cells occupy \[bytes\].
     pub(super) fn memory_bytes(&self) -> usize {
         4 * self.indices.capacity() + self.cells.iter().map(CutCell::memory_bytes).sum::<usize>()
     }
 }
 
 impl CutCell {
-    /// Divides the cell between two corners by the edges of obstacles; `None` if the parts are too
-    /// many. Areas are measured later.
+    /// Divides one cell at the edges of obstacles into convex parts and unites these to sub-cells;
+    /// `None` if there are too many parts. Free areas are measured later.
     fn new(
         at: [u32; 2],
         corners: [Point; 2],
@@ -232,7 +243,7 @@ impl CutCell {
         let bodies = ClosedRegion::new(obstacles, &near, 0.0);
         let free = |part: &ConvexPolygon| bodies.free_area(part, DEPTH, &mut |_, _| ()) > 0.0;
         let is_free: Vec<bool> = parts.iter().map(free).collect();
-        let (sub_cells, count) = unite(&parts, &is_free, &edges, thin);
+        let (sub_cells, count) = unite_parts(&parts, &is_free, &edges, thin);
         let sub_cell = || SubCell {
             share: 0.0,
             inside: 0.5 * (corners[0] + corners[1]),
@@ -250,7 +261,8 @@ impl CutCell {
         })
     }
 
-    /// Measures the free area of each sub-cell within the limits set by walls.
+    /// Measures the free area of each sub-cell of the cell, between walls with the given limits for
+    /// particle centres.
     fn measure(
         &mut self,
         obstacles: &ObstacleMap,
@@ -286,29 +298,30 @@ impl CutCell {
         self.room = self.sub_cells.iter().map(|one| one.share).sum();
     }
 
-    /// Returns true if an obstacle hides a part of the cell from another part.
+    /// Returns true if an obstacle divides the cell into several sub-cells without line of sight.
     #[inline]
     pub(crate) fn is_split(&self) -> bool {
         self.sub_cells.len() > 1
     }
 
-    /// Coordinates of the cell along the first two axes.
+    /// Returns column and row of the cut cell in the grid.
     pub(super) fn cell_coordinates(&self) -> [u32; 2] {
         self.at
     }
 
-    /// Free fraction of the cell's area.
+    /// Returns the fraction of the cell's area that is open to particle centres, 0 to 1.
     #[inline]
     pub(crate) fn room(&self) -> f64 {
         self.room
     }
 
-    /// Number of sub-cells.
+    /// Returns the number of sub-cells of the cell.
     pub(crate) fn count(&self) -> usize {
         self.sub_cells.len()
     }
 
-    /// Free area of a sub-cell over the area of a cell; 0 where no particle centre fits.
+    /// Returns the free area of a sub-cell over the area of a whole cell; 0 where no particle
+    /// centre fits.
     #[inline]
     pub(crate) fn free_share(&self, sub_cell: usize) -> f64 {
         match self.sub_cells.get(sub_cell) {
@@ -317,19 +330,19 @@ impl CutCell {
         }
     }
 
-    /// Index of a sub-cell among the sub-cells of all split cells.
+    /// Returns the index of a sub-cell of the cell among the sub-cells of all split cells.
     #[inline]
     pub(crate) fn number(&self, sub_cell: usize) -> usize {
         self.first + sub_cell
     }
 
-    /// Point inside a sub-cell, far from all obstacles.
+    /// Returns a point in a sub-cell of the cell, far from all obstacles \[length\].
     pub(super) fn inside(&self, sub_cell: usize) -> Point {
         self.sub_cells[sub_cell].inside
     }
 
-    /// Index of the sub-cell that holds a position; [`Self::count`] for a position that rounding
-    /// has put inside an obstacle.
+    /// Returns the index of the sub-cell that contains a position; [`Self::count`] for a position
+    /// that rounding has put inside an obstacle.
     #[inline]
     pub(crate) fn sub_cell_at(&self, place: [f64; 2]) -> usize {
         let point = Point::from(place);
@@ -363,7 +376,8 @@ impl CutCell {
     }
 }
 
-/// Division of a cell into convex parts that no edge crosses, in progress.
+/// Division of a cell at the edges of obstacles into convex parts, as far as it has come: parts and
+/// tree of cuts.
 #[derive(Default)]
 struct CellDivision {
     nodes: Vec<CutNode>,
@@ -371,7 +385,8 @@ struct CellDivision {
 }
 
 impl CellDivision {
-    /// Divides a region recursively; `None` if the parts become too many.
+    /// Divides a region recursively at the edges of obstacles; returns its branch of the tree, or
+    /// `None` if there are too many parts.
     fn divide(
         &mut self,
         region: ConvexPolygon,
@@ -403,9 +418,10 @@ impl CellDivision {
     }
 }
 
-/// Index of the sub-cell of each part, and the number of sub-cells, which is also the index given
-/// to solid parts. Parts are united where no edge crosses their convex hull.
-fn unite(
+/// Unites convex parts to sub-cells where no edge of an obstacle crosses their common hull. Returns
+/// the sub-cell index of each part and the number of sub-cells, which is also the index of solid
+/// parts.
+fn unite_parts(
     parts: &[ConvexPolygon],
     is_free: &[bool],
     edges: &[[Point; 2]],
@@ -435,7 +451,7 @@ fn unite(
     (of_parts.collect(), count)
 }
 
-/// Edges whose bounding boxes overlap the rectangle between two corners.
+/// Returns the edges of obstacles whose bounding boxes overlap the rectangle between two corners.
 fn edges_in(corners: [Point; 2], edges: &[[Point; 2]]) -> Vec<[Point; 2]> {
     let meets = |[from, to]: &&[Point; 2]| {
         (0..2).all(|axis| {
@@ -446,8 +462,8 @@ fn edges_in(corners: [Point; 2], edges: &[[Point; 2]]) -> Vec<[Point; 2]> {
     edges.iter().filter(meets).copied().collect()
 }
 
-/// Smallest number of halvings of a cell after which no piece has too many parts; at most
-/// [`FINEST`].
+/// Returns the least number of halvings of a cell after which no piece has too many convex parts;
+/// at most [`FINEST`].
 fn halvings_that_do(corners: [Point; 2], edges: &[[Point; 2]]) -> u32 {
     let near = edges_in(corners, edges);
     let do_all = |halvings: &u32| {

@@ -1,4 +1,5 @@
-//! Inflows: streams of a drifting Maxwellian gas through open faces.
+//! Inflows through open faces of the box: a drifting Maxwellian gas, with its flux and the velocity
+//! distribution of crossing particles.
 
 use std::f64::consts::PI;
 
@@ -9,28 +10,30 @@ use stosszahl_model::{Face, ParticleModel, Plane, Sizes, Space, Surface, VectorO
 use crate::parameters::DsmcError;
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
-/// Inflow through an open face: particles of a drifting Maxwellian gas as they cross the face.
+/// Inflow through an open face of the box: density, drift velocity and temperatures of the gas
+/// beyond the face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inflow<S: Space> {
-    /// Axis of the face, from 0.
+    /// Axis of the open face, from 0: the direction of its normal.
     pub axis: usize,
-    /// Side of the face: 0 for the lower face, 1 for the upper.
+    /// Side of the box where the open face is: 0 lower, 1 upper.
     pub side: usize,
     /// Number density of the gas beyond the face \[1/length^D\].
     pub density: f64,
     /// Drift velocity of the gas beyond the face \[length/time\].
     pub velocity: S::Vector,
-    /// Translational temperature of the gas beyond the face \[energy\].
+    /// Translational granular temperature of the gas beyond the face \[energy\].
     pub temperature: f64,
-    /// Rotational temperature of the gas beyond the face \[energy\]; unused for smooth particles.
+    /// Rotational granular temperature of the gas beyond the face \[energy\]; unused for smooth
+    /// particles.
     pub spin_temperature: f64,
-    /// Index of the particle in the table of sizes whose radius and mass the inflow has; 0 for
-    /// equal particles.
+    /// Index in the table of sizes of a particle with the inflow's radius and mass; 0 for equal
+    /// particles.
     pub like: usize,
 }
 
 impl Inflow<Volume> {
-    /// Returns the inflow in two dimensions, without the third velocity component.
+    /// Returns the inflow reduced to two dimensions, without the third component of its velocity.
     pub(crate) fn in_plane(&self) -> Inflow<Plane> {
         Inflow {
             axis: self.axis,
@@ -44,21 +47,21 @@ impl Inflow<Volume> {
     }
 }
 
-/// Largest number of simulators that a start or an inflow may bring into the box.
+/// Largest number of simulators that an initial state or an inflow may bring into the box.
 pub(crate) const MOST_SIMULATORS: f64 = (1_u64 << 30) as f64;
 
-/// Inflow with its derived quantities: mass, radius and flux.
+/// Inflow with its derived quantities: mass and radius of its particles, and flux through the face.
 pub(crate) struct InflowSource<P: ParticleModel> {
     inflow: Inflow<P::Space>,
     tag: <P::Sizes as Sizes>::Tag,
     mass: f64,
     radius: f64,
-    /// Particle flux through the face \[1/(length^(D-1) time)\].
+    /// Number flux of particles through the face \[1/(length^(D-1) time)\].
     flux: f64,
 }
 
 impl<P: ParticleModel> InflowSource<P> {
-    /// Checks the inflow of this number and derives its flux; its face must be open.
+    /// Checks the inflow with the index `number` and computes its flux; its face must be open.
     pub(crate) fn new(
         scene: &P,
         number: usize,
@@ -110,8 +113,8 @@ impl<P: ParticleModel> InflowSource<P> {
         })
     }
 
-    /// Refuses an inflow that would fill the box with more than [`MOST_SIMULATORS`] of the smallest
-    /// weight.
+    /// Refuses an inflow whose gas would fill the box with more than [`MOST_SIMULATORS`]
+    /// simulators; `weight` is the smallest number of particles per simulator.
     pub(crate) fn check_number(
         &self,
         number: usize,
@@ -129,22 +132,23 @@ impl<P: ParticleModel> InflowSource<P> {
         })
     }
 
-    /// Axis and side of the face.
+    /// Returns axis and side of the open face through which the gas flows in.
     pub(crate) fn face(&self) -> (usize, usize) {
         (self.inflow.axis, self.inflow.side)
     }
 
-    /// Particle flux through the face \[1/(length^(D-1) time)\].
+    /// Returns the number flux of particles through the face \[1/(length^(D-1) time)\].
     pub(crate) fn flux(&self) -> f64 {
         self.flux
     }
 
-    /// Mass and radius of a particle \[mass\], \[length\].
+    /// Returns mass \[mass\] and radius \[length\] of the inflowing particles.
     pub(crate) fn particle(&self) -> (f64, f64) {
         (self.mass, self.radius)
     }
 
-    /// Draws a particle that crosses the part of the face between two corners.
+    /// Draws a simulator with random position and velocity that crosses the part of the face
+    /// between the corners `low` and `high`.
     pub(crate) fn draw<F: DisplacementTracking<P::Space>>(
         &self,
         scene: &P,
@@ -180,8 +184,8 @@ impl<P: ParticleModel> InflowSource<P> {
     }
 }
 
-/// Flux of a Maxwellian of unit density through a plane \[length/time\], for a drift u across it
-/// and variance T/m of each velocity component: `s sqrt(T/(2 pi m))` with
+/// Computes the number flux of a Maxwellian gas of unit density through a plane \[length/time\],
+/// for a drift u across it and variance T/m of each velocity component: `s sqrt(T/(2 pi m))` with
 /// `s = exp(-z^2) + sqrt(pi) z (1 + erf z)`, `z = u/sqrt(2T/m)`. Bird, Molecular Gas Dynamics and
 /// the Direct Simulation of Gas Flows (Oxford 1994), Eq. 4.22.
 fn flux(drift: f64, variance: f64) -> f64 {
@@ -203,8 +207,8 @@ fn flux(drift: f64, variance: f64) -> f64 {
     (variance / (2.0 * PI)).sqrt() * share.max(0.0)
 }
 
-/// Error function by `erf x = (2/sqrt(pi)) exp(-x^2) (x + 2 x^3/3 + 4 x^5/15 + ...)`; all terms
-/// have one sign, so the error is a few roundings.
+/// Computes the error function by `erf x = (2/sqrt(pi)) exp(-x^2) (x + 2 x^3/3 + 4 x^5/15 + ...)`;
+/// all terms have one sign, so the error is a few roundings.
 fn error_function(x: f64) -> f64 {
     if x.abs() > 6.0 {
         return 1.0_f64.copysign(x);
@@ -218,8 +222,8 @@ fn error_function(x: f64) -> f64 {
     2.0 / PI.sqrt() * (-x * x).exp() * sum
 }
 
-/// Draws the speed of a particle that crosses a plane: density `v exp(-(v - u)^2/(2 s^2))`, v > 0,
-/// for drift u and thermal speed s.
+/// Draws the normal speed of a particle that crosses a plane \[length/time\]: density `v exp(-(v -
+/// u)^2/(2 s^2))`, v > 0, for drift u and thermal speed s.
 ///
 /// Acceptance-rejection, exact for all drifts; at least three of ten candidates are accepted. In
 /// units of sqrt(2) s with z = u/(sqrt(2) s): for z >= 0 the density (z + y) exp(-y^2), y > -z, is
@@ -235,7 +239,7 @@ fn crossing_speed(drift: f64, spread: f64, stream: &mut impl Rng) -> f64 {
         let gaussian = z * PI.sqrt() / (z * PI.sqrt() + 0.5);
         loop {
             if stream.random::<f64>() >= gaussian {
-                return unit * (z + exponential(stream).sqrt());
+                return unit * (z + draw_exponential(stream).sqrt());
             }
             let normal: f64 = StandardNormal.sample(stream);
             let y = normal * std::f64::consts::FRAC_1_SQRT_2;
@@ -247,10 +251,10 @@ fn crossing_speed(drift: f64, spread: f64, stream: &mut impl Rng) -> f64 {
     let steep = -2.0 * z;
     loop {
         let (v, share) = if steep < 1.5 {
-            let v = exponential(stream).sqrt();
+            let v = draw_exponential(stream).sqrt();
             (v, -steep * v)
         } else {
-            let v = (exponential(stream) + exponential(stream)) / steep;
+            let v = (draw_exponential(stream) + draw_exponential(stream)) / steep;
             (v, -v * v)
         };
         if stream.random::<f64>() < share.exp() {
@@ -259,8 +263,8 @@ fn crossing_speed(drift: f64, spread: f64, stream: &mut impl Rng) -> f64 {
     }
 }
 
-/// Draws a number x > 0 with density exp(-x).
-fn exponential(stream: &mut impl Rng) -> f64 {
+/// Draws an exponentially distributed random number, x > 0 with density exp(-x).
+fn draw_exponential(stream: &mut impl Rng) -> f64 {
     // 1 - u is above zero.
     -(1.0 - stream.random::<f64>()).ln()
 }

@@ -1,26 +1,28 @@
-//! Mass, momentum and energy that the gas has exchanged with its boundaries.
+//! Ledgers of the mass, momentum and energy that the gas exchanges with walls, obstacles, open
+//! faces and inflows.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::walls::WallLedger;
 use stosszahl_model::{ExactSum, Space, Vector};
 
-/// Particles that entered (positive) or left (negative), with their mass, momentum and energy.
+/// Number, mass, momentum and energy of particles that entered the gas (positive) or left it
+/// (negative).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Transfer<S: Space> {
-    /// Number of particles: simulators times their weights.
+    /// Number of particles transferred: simulators times their weights; negative if more left.
     pub particles: f64,
     /// Mass of the particles transferred \[mass\].
     pub mass: f64,
-    /// Momentum of these particles \[mass length/time\].
+    /// Momentum of the particles transferred \[mass length/time\].
     pub momentum: S::Vector,
-    /// Kinetic energy of these particles, translational and rotational \[energy\].
+    /// Kinetic energy of the particles transferred, translational and rotational \[energy\].
     pub energy: f64,
 }
 
 impl<S: Space> Transfer<S> {
-    /// Adds a simulator that stands for `particles` (negative if it leaves), each with this mass,
-    /// velocity and energy.
+    /// Adds a simulator to the transfer that stands for `particles` particles, negative if it
+    /// leaves, each with this mass, velocity and energy.
     pub(crate) fn enter(&mut self, particles: f64, mass: f64, velocity: S::Vector, energy: f64) {
         self.particles += particles;
         self.mass += particles * mass;
@@ -28,7 +30,7 @@ impl<S: Space> Transfer<S> {
         self.energy += particles * energy;
     }
 
-    /// Adds the entries of another transfer.
+    /// Adds another transfer of particles to this one.
     pub fn add(&mut self, other: &Self) {
         self.particles += other.particles;
         self.mass += other.mass;
@@ -37,30 +39,32 @@ impl<S: Space> Transfer<S> {
     }
 }
 
-/// Mass, momentum and energy that each boundary has given to the gas since the start. Their sum,
-/// with the weight of the gas, accounts for all changes of the totals.
+/// Ledgers of mass, momentum and energy that each boundary has given to the gas since the start.
+/// Their sum, with the weight of the gas, accounts for all changes of the totals.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Ledgers<S: Space> {
-    /// Momentum and energy given by walls, by axis and side.
+    /// Momentum and energy that walls have given to the gas, by axis and side.
     pub walls: [[WallLedger<S>; 2]; 3],
-    /// Particles that left through open faces, by axis and side; negative.
+    /// Particles that left through open faces, by axis and side of the face; all numbers are
+    /// negative.
     pub open: [[Transfer<S>; 2]; 3],
-    /// Momentum and energy given by obstacles, by their number.
+    /// Momentum and energy that each obstacle has given to the gas.
     pub obstacles: Vec<WallLedger<S>>,
-    /// Particles that entered, by the number of the inflow.
+    /// Particles that each inflow has brought into the gas.
     pub inflows: Vec<Transfer<S>>,
-    /// Mass, momentum and energy added by splitting and merging of simulators; zero on average.
+    /// Mass, momentum and energy added when simulators split or merge at changes of weight; zero on
+    /// average.
     pub balance: Transfer<S>,
-    /// Number of changes of a simulator's weight.
+    /// Number of times that a simulator's weight changed, so that it was split or merged.
     pub balanced: u64,
-    /// Number of particles laid to rest on a wall or obstacle after too many contacts in one
+    /// Number of simulators set to rest on a wall or obstacle after too many contacts in one free
     /// flight.
     pub settled_particles: u64,
 }
 
 impl<S: Space> Ledgers<S> {
-    /// Creates empty ledgers for these numbers of inflows and obstacles.
+    /// Creates empty ledgers for the given numbers of inflows and obstacles.
     pub(crate) fn with_counts(inflows: usize, obstacles: usize) -> Self {
         Self {
             inflows: vec![Transfer::default(); inflows],
@@ -69,7 +73,8 @@ impl<S: Space> Ledgers<S> {
         }
     }
 
-    /// Visits all sums, in an order that depends only on the numbers of inflows and obstacles.
+    /// Calls `each` for every number of the ledgers that is a sum, in an order that depends only on
+    /// the numbers of inflows and obstacles.
     fn sums(&mut self, mut each: impl FnMut(&mut f64)) {
         for ledger in self.walls.iter_mut().flatten().chain(&mut self.obstacles) {
             each(&mut ledger.contacts);
@@ -85,7 +90,7 @@ impl<S: Space> Ledgers<S> {
         }
     }
 
-    /// Mass, momentum and energy given by all boundaries together.
+    /// Returns the mass, momentum and energy that all boundaries together have given to the gas.
     pub fn total(&self) -> (f64, S::Vector, f64) {
         let mut sum = self.balance;
         let open = self.open.iter().flatten();
@@ -101,8 +106,8 @@ impl<S: Space> Ledgers<S> {
     }
 }
 
-/// Sums of the ledgers of several tiles, independent of the order of the tiles; empty without
-/// boundaries.
+/// Sums of the ledgers of several tiles by superaccumulators, independent of the order of the
+/// tiles; empty without boundaries.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct ExactLedgers {
     sums: Vec<ExactSum>,
@@ -111,7 +116,7 @@ pub(crate) struct ExactLedgers {
 }
 
 impl ExactLedgers {
-    /// Adds the entries of a tile's ledgers, and sets these to zero.
+    /// Adds the ledgers of a tile to the exact sums, and sets those ledgers to zero.
     pub(crate) fn take_ledgers<S: Space>(&mut self, other: &mut Ledgers<S>) {
         let mut place = 0;
         other.sums(|sum| {
@@ -125,7 +130,7 @@ impl ExactLedgers {
         self.settled_particles += std::mem::take(&mut other.settled_particles);
     }
 
-    /// Adds the exact sums of other tiles.
+    /// Adds the exact ledger sums of other tiles to these.
     pub(crate) fn merge(&mut self, other: &Self) {
         let most = self.sums.len().max(other.sums.len());
         self.sums.resize(most, ExactSum::default());
@@ -136,7 +141,7 @@ impl ExactLedgers {
         self.settled_particles += other.settled_particles;
     }
 
-    /// Adds the sums to the totals of the run.
+    /// Adds the exact sums, rounded, to the ledgers `total` of the whole run.
     pub(crate) fn enter<S: Space>(&self, total: &mut Ledgers<S>) {
         let mut sums = self.sums.iter();
         total.sums(|sum| *sum += sums.next().map_or(0.0, ExactSum::value));
@@ -145,7 +150,7 @@ impl ExactLedgers {
     }
 }
 
-/// Translational plus rotational energy of one particle \[energy\].
+/// Returns the kinetic energy of one particle, translational plus rotational \[energy\].
 pub(crate) fn energy<V: Vector>(mass: f64, velocity: V, spin_energy: f64) -> f64 {
     0.5 * mass * velocity.square() + spin_energy
 }

@@ -1,4 +1,5 @@
-//! Boundaries of the box: walls, open faces, inflows, obstacles and weights.
+//! Boundaries of a DSMC box: walls, open faces, inflows, obstacles, cut cells and simulator
+//! weights.
 //!
 //! A box is periodic by default. [`BoundaryConditions`] describes walls and open faces, the
 //! distance at which they stop particles, inflows, regions of other simulator weight, and

@@ -1,4 +1,5 @@
-//! Obstacles of a run, with their periodic images.
+//! Obstacles of a DSMC run with their periodic images: contacts, overlaps, lines of sight, and the
+//! area free for particle centres.
 
 use std::f64::consts::PI;
 
@@ -11,27 +12,28 @@ use crate::parameters::DsmcError;
 
 type Point = Vector2<f64>;
 
-/// Smallest number of corners of a polygon that replaces a disk.
+/// Least number of corners of the polygon that replaces a circular obstacle for lines of sight.
 const LEAST_CORNERS: f64 = 4.0;
 
-/// Depth of overlap with an obstacle, over the box sides, that counts as rounding.
+/// Depth of overlap with an obstacle that counts as rounding, relative to the sides of the box.
 const SLACK: f64 = 1e-9;
 
-/// Obstacles in the box, with the periodic images that reach into it.
+/// Obstacles in the box, with their periodic images that reach into it.
 pub(crate) struct ObstacleMap {
     all: Obstacles,
-    /// Index of the obstacle of which each entry of `all` is an image.
+    /// Index of the obstacle of which each entry of `all` is a periodic image, or the obstacle
+    /// itself.
     originals: Vec<usize>,
-    /// Number of obstacles without images.
+    /// Number of obstacles, without periodic images.
     count: usize,
-    /// Bounding box of each obstacle, widened by the largest particle \[length\].
+    /// Bounding box of each obstacle and image, widened by the largest particle radius \[length\].
     bounds: Vec<[Vector2<f64>; 2]>,
     slack: f64,
 }
 
 impl ObstacleMap {
-    /// Places obstacles in a box, for centres that stay at most `largest` away; `None` without
-    /// obstacles.
+    /// Creates the map of obstacles in a box; bounding boxes are widened by the largest particle
+    /// radius `largest` \[length\]. `None` without obstacles.
     pub(crate) fn new<S: Space>(
         obstacles: &[Obstacle],
         domain: &Domain<S>,
@@ -86,13 +88,13 @@ impl ObstacleMap {
         }))
     }
 
-    /// Number of obstacles, without their images.
+    /// Returns the number of obstacles, without periodic images.
     pub(crate) fn count(&self) -> usize {
         self.count
     }
 
-    /// First contact in a flight through the box before `limit`, the feature touched, and the
-    /// number of the obstacle.
+    /// Returns the first contact of a particle in flight with an obstacle before `limit` \[time\]:
+    /// the obstacle, its index, and the feature touched.
     pub(crate) fn first_contact(
         &self,
         [position, velocity, acceleration]: [Vector2<f64>; 3],
@@ -105,14 +107,15 @@ impl ObstacleMap {
         Some((&self.all.obstacle_list()[image], self.originals[image], hit))
     }
 
-    /// Number of the obstacle that a particle overlaps; `None` if it overlaps none.
+    /// Returns the index of the obstacle that a particle overlaps by more than rounding; `None` if
+    /// it overlaps none.
     pub(crate) fn overlapped(&self, place: [f64; 2], radius: f64) -> Option<usize> {
         let image = self.all.overlapped(place.into(), radius, self.slack)?;
         Some(self.originals[image])
     }
 
-    /// Returns true if the rectangle between two corners is farther than `reach` along some axis
-    /// from every obstacle.
+    /// Returns true if every obstacle is farther than `reach` along some axis from the rectangle
+    /// between two corners.
     pub(crate) fn are_far_from(&self, corners: [[f64; 2]; 2], reach: [f64; 2]) -> bool {
         self.bounds.iter().all(|[least, most]| {
             (0..2).any(|axis| {
@@ -122,8 +125,8 @@ impl ObstacleMap {
         })
     }
 
-    /// Numbers of the obstacles that may come closer than `clearance` to the rectangle between two
-    /// corners; `None` if it is free.
+    /// Returns the indices of the obstacles that may come closer than `clearance` to the rectangle
+    /// between two corners; `None` if none do.
     pub(super) fn near(&self, corners: [Point; 2], clearance: f64) -> Option<Vec<usize>> {
         let meets = |[least, most]: &[Point; 2]| {
             (0..2).all(|axis| corners[0][axis] <= most[axis] && corners[1][axis] >= least[axis])
@@ -137,8 +140,8 @@ impl ObstacleMap {
         (gap < (corners[1] - middle).norm()).then_some(near)
     }
 
-    /// Edges of all obstacles; disks are replaced by inscribed polygons at most `sagitta` from the
-    /// circle.
+    /// Returns the straight edges of all obstacles as segments; circles are replaced by inscribed
+    /// polygons at most `sagitta` from the circle \[length\].
     pub(super) fn edges(&self, sagitta: f64) -> Vec<[Point; 2]> {
         let mut edges = Vec::new();
         for obstacle in self.all.obstacle_list() {
@@ -161,7 +164,7 @@ impl ObstacleMap {
         edges
     }
 
-    /// Returns true if no obstacle blocks the line of sight between two points. `images`: shifts
+    /// Returns true if no obstacle blocks the line of sight between two points. `images` are shifts
     /// that bring each part of the line into the box.
     pub(super) fn sees(&self, [from, to]: [Point; 2], images: &[Point]) -> bool {
         images.iter().all(|shift| {
@@ -171,7 +174,7 @@ impl ObstacleMap {
     }
 }
 
-/// Region closed to particle centres: some obstacles, widened by a clearance.
+/// Region that some obstacles close to particle centres: the obstacles, widened by a clearance.
 pub(super) struct ClosedRegion<'a> {
     all: &'a ObstacleMap,
     near: &'a [usize],
@@ -179,7 +182,8 @@ pub(super) struct ClosedRegion<'a> {
 }
 
 impl<'a> ClosedRegion<'a> {
-    /// Creates the closed region of the obstacles with the numbers `near`.
+    /// Creates the region that the obstacles with the indices `near` close to particle centres;
+    /// `clearance` is added on all sides \[length\].
     pub(super) fn new(all: &'a ObstacleMap, near: &'a [usize], clearance: f64) -> Self {
         Self {
             all,
@@ -188,7 +192,8 @@ impl<'a> ClosedRegion<'a> {
         }
     }
 
-    /// Distance of a point from the closed region \[length\]; negative inside.
+    /// Returns the distance of a point from the region closed to particle centres \[length\];
+    /// negative inside.
     fn gap(&self, point: Point) -> f64 {
         let near = self
             .near
@@ -198,7 +203,8 @@ impl<'a> ClosedRegion<'a> {
         distances.fold(f64::INFINITY, f64::min) - self.clearance
     }
 
-    /// Returns true if the closed region has straight edges only.
+    /// Returns true if the region closed to particle centres has straight edges only: no clearance
+    /// and no circles.
     fn is_straight(&self) -> bool {
         let mut near = self
             .near
@@ -208,10 +214,10 @@ impl<'a> ClosedRegion<'a> {
             && near.all(|obstacle| !matches!(obstacle.outline(), ObstacleShape::Circle { .. }))
     }
 
-    /// Area of the part of a region that is open to particle centres \[length^2\]; no edge crosses
-    /// the region. A region open in part is quartered up to `depth` times, and the last pieces are
-    /// cut by the tangent. `look` is called with points and their distances from the region closed
-    /// to centres \[length\].
+    /// Measures the area of a polygon that is open to particle centres \[length^2\]; no straight
+    /// edge crosses it. A polygon that is partly open is quartered up to `depth` times; the last
+    /// pieces are cut by the tangent. `look` receives points and their distances from the closed
+    /// region \[length\].
     pub(super) fn free_area(
         &self,
         region: &ConvexPolygon,

@@ -1,4 +1,5 @@
-//! Boundaries during one free-flight phase: contacts, outflow, inflow, changes of weight.
+//! Boundary processes in one free-flight phase: contacts with walls and obstacles, outflow, inflow,
+//! and splitting or merging at changes of weight.
 
 use stosszahl_model::random::{Purpose, StreamBundle, Streams};
 use stosszahl_model::{ParticleModel, Sizes, Space, Surface, VectorOf};
@@ -10,23 +11,23 @@ use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::random_counts::draw_whole;
 
-/// Number, start time and duration of one free-flight phase.
+/// Number, start time and duration of one free-flight phase of the DSMC time step.
 #[derive(Clone, Copy)]
 pub(crate) struct FlightTiming {
-    /// Number of the phase among all, from 0.
+    /// Number of the free-flight phase since the start of the run, from 0.
     pub(crate) number: u64,
-    /// Time at which the phase starts \[time\].
+    /// Time at which the free-flight phase starts \[time\].
     pub(crate) begin: f64,
-    /// Duration of the phase \[time\].
+    /// Duration of the free-flight phase \[time\].
     pub(crate) duration: f64,
 }
 
-/// Boundaries during one free-flight phase. Random numbers are addressed by phase, origin cell and
-/// order in the cell, so they do not depend on thread or process.
+/// Boundary conditions applied in one free-flight phase. Random numbers are addressed by phase,
+/// cell of origin and order in that cell, so they do not depend on thread or process.
 pub(crate) struct Passage<'a, P: ParticleModel> {
     pub(crate) surroundings: &'a GridBoundaries<P>,
     scene: &'a P,
-    /// Particles per simulator where the weight factor is one.
+    /// Number of particles per simulator where the weight factor is one.
     weight: f64,
     begin: f64,
     duration: f64,
@@ -35,7 +36,8 @@ pub(crate) struct Passage<'a, P: ParticleModel> {
     inflow: StreamBundle,
 }
 
-/// Origin of a simulator: number of its cell, and its order in the cell.
+/// Address of the random numbers of a simulator in a free flight: the cell where it starts, and its
+/// order in that cell.
 #[derive(Clone, Copy)]
 pub(crate) struct Origin {
     pub(crate) cell: u32,
@@ -49,7 +51,7 @@ impl Origin {
 }
 
 impl<'a, P: ParticleModel> Passage<'a, P> {
-    /// Prepares the boundaries for one free-flight phase.
+    /// Prepares the boundary conditions for one free-flight phase.
     pub(crate) fn new(
         scene: &'a P,
         surroundings: &'a GridBoundaries<P>,
@@ -84,8 +86,8 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
         self.travel_from::<F>(simulator, origin, 0.0, ledgers)
     }
 
-    /// Moves a simulator that enters `after` the begin of the free flight \[time\] to its end.
-    /// Returns `false` if it left through an open face.
+    /// Moves a simulator from a time `after` the begin of the free flight \[time\] to its end, with
+    /// bounces off walls and obstacles. Returns `false` if it left through an open face.
     fn travel_from<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
@@ -104,7 +106,8 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
         trip.travel::<F>(simulator, &mut draws, ledgers)
     }
 
-    /// Draws the number of copies that a simulator becomes where the weight changes.
+    /// Draws the number of copies of a simulator that moved into a cell with another weight factor:
+    /// 0 if it is removed, 1 if unchanged.
     pub(crate) fn copies<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -124,8 +127,9 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
         copies
     }
 
-    /// Draws the simulators that flow into a cell and passes each with its origin to `land`. The
-    /// first `members` orders of the cell are taken.
+    /// Draws the simulators that an inflow brings into a boundary cell, and passes each with its
+    /// origin to `land`. `members` simulators of the cell have used the first addresses of random
+    /// numbers.
     pub(crate) fn let_in<F: DisplacementTracking<P::Space>>(
         &self,
         grid: &Grid<P::Space>,
@@ -157,7 +161,7 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
             let mut stream = self.inflow.stream_at(address);
             for _ in 0..draw_whole(mean, &mut stream) {
                 let mut simulator = source.draw::<F>(self.scene, corners, &mut stream);
-                let after = self.duration * uniform(&mut stream);
+                let after = self.duration * draw_uniform(&mut stream);
                 enter::<P, F>(
                     self.scene,
                     &simulator,
@@ -173,12 +177,13 @@ impl<'a, P: ParticleModel> Passage<'a, P> {
     }
 }
 
-/// Draws a uniform number from 0 to 1.
-fn uniform(stream: &mut impl rand::Rng) -> f64 {
+/// Draws a random number uniformly from 0 to 1.
+fn draw_uniform(stream: &mut impl rand::Rng) -> f64 {
     rand::RngExt::random(stream)
 }
 
-/// Adds a simulator that stands for `particles` to a transfer.
+/// Adds a simulator that stands for `particles` particles to a transfer of mass, momentum and
+/// energy.
 pub(crate) fn enter<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     simulator: &SimulatorOf<P, F>,

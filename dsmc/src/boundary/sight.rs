@@ -1,4 +1,5 @@
-//! Density windows near obstacles, cut to the cells in the line of sight of their centre.
+//! Windows of the local packing fraction near obstacles, cut to the cells in the line of sight of
+//! their central cell.
 
 use nalgebra::Vector2;
 use stosszahl_model::Space;
@@ -50,7 +51,7 @@ pub(super) fn cut_windows<S: Space>(
     Some(CutWindows::new(windows.collect(), cuts.sub_cells(), layers))
 }
 
-/// Cells in the density window of a cell, with the lines of sight between them.
+/// Lines of sight from a cell to the cells in its window of the local packing fraction.
 struct SightLines<'a, S: Space> {
     grid: &'a Grid<S>,
     counts: [i64; 2],
@@ -62,7 +63,8 @@ struct SightLines<'a, S: Space> {
 }
 
 impl<S: Space> SightLines<'_, S> {
-    /// Cells around a cell, each with the number of boxes by which its image is shifted.
+    /// Returns the cells in the window around a cell, each with the numbers of boxes by which its
+    /// periodic image is displaced.
     fn cells_around(&self, [x, y]: [u32; 2]) -> impl Iterator<Item = ([u32; 2], [i64; 2])> + '_ {
         let [along_x, along_y] = self.reach.map(|reach| -reach..=reach);
         let steps = along_y.flat_map(move |up| along_x.clone().map(move |right| [right, up]));
@@ -75,7 +77,8 @@ impl<S: Space> SightLines<'_, S> {
         })
     }
 
-    /// Free parts of a cell, each with a point inside.
+    /// Returns the sub-cells of a cell, `None` for one that is not split, each with a point inside
+    /// \[length\].
     fn parts(&self, cell: [u32; 2]) -> Vec<(Option<usize>, Point)> {
         let [x, y] = cell;
         match self.cuts.get([x, y, 0]) {
@@ -89,7 +92,8 @@ impl<S: Space> SightLines<'_, S> {
         }
     }
 
-    /// Cut windows of a cell or its sub-cells; empty for a cell that sees its whole window.
+    /// Returns the density windows of a cell or its sub-cells that obstacles cut; empty if the cell
+    /// sees its whole window.
     fn windows(&self, cell: [u32; 2]) -> Vec<CutWindow<WindowMember>> {
         let windows = self.parts(cell).into_iter().filter_map(|(part, from)| {
             let mut members = Vec::new();
@@ -117,14 +121,16 @@ impl<S: Space> SightLines<'_, S> {
         windows.collect()
     }
 
-    /// Displacement to an image `boxes` box lengths away \[length\].
+    /// Returns the displacement to the periodic image `boxes` box lengths away along each axis
+    /// \[length\].
     fn shift(&self, boxes: [i64; 2]) -> Point {
         let images = self.grid.domain().images();
         let image = images.image([boxes[0] as f64, boxes[1] as f64, 0.0]);
         Point::new(image.position[0], image.position[1])
     }
 
-    /// Shifts that bring each part of the line to an image into the box \[length\].
+    /// Returns the shifts that bring each part of a line of sight to a periodic image back into the
+    /// box \[length\].
     fn images(&self, [x, y]: [i64; 2]) -> Vec<Point> {
         let mut images = vec![[0, 0], [-x, 0], [0, -y], [-x, -y]];
         images.sort_unstable();

@@ -1,4 +1,5 @@
-//! Boundaries of a run, prepared for its grid of cells.
+//! Boundary conditions prepared for the cell grid of a DSMC run: free fractions and weight factors
+//! of cells, cut cells, inflows, and speed bounds.
 
 use stosszahl_model::Rebound;
 use stosszahl_model::{Face, ParticleModel, Sizes, Space, VectorOf, Walls};
@@ -17,36 +18,40 @@ use crate::parameters::DsmcError;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::scheme::WallClearance;
 
-/// Boundaries of a run on its grid: walls, inflows, obstacles, weights, and the free fraction of
-/// each cell.
+/// Boundary conditions of a DSMC run prepared for its cell grid: walls, inflows, obstacles, weight
+/// factors, and the free fraction of each cell.
 pub(crate) struct GridBoundaries<P: ParticleModel> {
     walls: Walls<P::Space>,
-    /// Faces that are not periodic, by axis and side.
+    /// Axis and side of each face of the box that is not periodic.
     faces: Vec<(usize, usize)>,
     clearance: WallClearance,
     lengths: VectorOf<P>,
-    /// Largest inward reach of walls, vibration and clearance, by axis and side \[length\].
+    /// Largest depth into the box to which each wall can stop a particle centre, with vibration and
+    /// clearance, by axis and side \[length\].
     depths: [[f64; 2]; 3],
     sources: Vec<InflowSource<P>>,
     obstacles: Option<ObstacleMap>,
-    /// Weight factor of each cell, by its number; empty where all are one.
+    /// Weight factor of each cell, by cell number; empty where all are one.
     factors: Vec<f64>,
     weights: SimulatorWeights,
-    /// Fraction of each column of cells along each axis that is open to particle centres now; empty
-    /// where walls cut none.
+    /// Fraction of each column of cells, row or layer that is open to particle centres at the
+    /// current time, by axis; empty where walls cut none.
     columns: [Vec<f64>; 3],
-    /// Fraction of each column of cells along each axis that is open to particle bodies, which
-    /// reach one radius beyond their centres.
+    /// Fraction of each column of cells, row or layer that particle bodies can cover, by axis;
+    /// bodies reach one radius beyond centres.
     bodies: [Vec<f64>; 3],
     mean_radius: f64,
-    /// Cut cells, and the limits of their free area along the first two axes.
+    /// Cells that obstacles cut, with the rectangle that walls leave to particle centres; `None`
+    /// without obstacles.
     cuts: Option<(CutCells, CentreLimits)>,
-    /// Bound of the speeds that boundaries give to simulators, along each axis \[length/time\].
+    /// Upper bound of the speed that boundaries give to simulators, along each axis
+    /// \[length/time\].
     speeds: VectorOf<P>,
 }
 
 impl<P: ParticleModel> GridBoundaries<P> {
-    /// Prepares boundaries for a grid at a time; `None` if the box is periodic and uniform.
+    /// Prepares boundary conditions for a cell grid at a time \[time\]; `None` if the box is
+    /// periodic without obstacles, inflows and weight factors.
     pub(crate) fn new(
         scene: &P,
         boundaries: &BoundaryConditions<P::Space>,
@@ -105,7 +110,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
             sources,
             obstacles,
             cuts: None,
-            factors: factors(grid, &boundaries.weights),
+            factors: weight_factors(grid, &boundaries.weights),
             weights: boundaries.weights.clone(),
             columns: [const { Vec::new() }; 3],
             bodies: [const { Vec::new() }; 3],
@@ -128,7 +133,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         })
     }
 
-    /// Moves walls to their positions at a time and updates the free fractions of cells.
+    /// Moves vibrating walls to their positions at a time \[time\], and updates the free fractions
+    /// of cells.
     pub(crate) fn set_time(&mut self, grid: &Grid<P::Space>, time: f64) {
         let clearance = self.clearance(self.mean_radius);
         for axis in 0..P::Space::DIMENSION {
@@ -136,12 +142,12 @@ impl<P: ParticleModel> GridBoundaries<P> {
                 let wall = self.walls.wall(axis, side);
                 wall.map_or(0.0, |wall| clearance + wall.displacement(time))
             });
-            self.columns[axis] = columns(grid, axis, insets);
+            self.columns[axis] = open_columns(grid, axis, insets);
             let reach = [0, 1].map(|side| {
                 let wall = self.walls.wall(axis, side);
                 wall.map_or(0.0, |_| insets[side] - self.mean_radius)
             });
-            self.bodies[axis] = columns(grid, axis, reach);
+            self.bodies[axis] = open_columns(grid, axis, reach);
         }
         let limits = self.limits(time);
         let clearance = self.clearance(self.mean_radius);
@@ -152,8 +158,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         }
     }
 
-    /// Corners of the region that walls leave to centres of the mean radius at a time, along the
-    /// first two axes.
+    /// Returns the rectangle that walls leave to centres of particles of the mean radius at a time
+    /// \[length\].
     fn limits(&self, time: f64) -> CentreLimits {
         let inset = |axis: usize, side: usize| {
             let wall = self.walls.wall(axis, side);
@@ -165,7 +171,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         [low, vector![self.lengths[0], self.lengths[1]] - high]
     }
 
-    /// Finds the cells that obstacles cut; `None` without obstacles.
+    /// Finds the cells that obstacles cut, with the rectangle that walls leave to particle centres;
+    /// `None` without obstacles.
     fn cut_cells(
         &self,
         grid: &Grid<P::Space>,
@@ -188,7 +195,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         Ok(Some((cuts, limits)))
     }
 
-    /// Cuts the density windows near obstacles to the cells in line of sight.
+    /// Cuts the windows of the local packing fraction near obstacles to the cells in line of sight.
     pub(crate) fn cut_windows(&self, grid: &Grid<P::Space>, density: &mut Density<P::Space>) {
         if let (Some((cuts, _)), Some(obstacles)) = (&self.cuts, &self.obstacles) {
             let (reach, bounded) = (density.reach(), density.bounded());
@@ -196,20 +203,22 @@ impl<P: ParticleModel> GridBoundaries<P> {
         }
     }
 
-    /// Split cell at these coordinates; `None` if obstacles hide no part of the cell.
+    /// Returns the cut cell at a column, row and layer if it has several sub-cells; `None` if it
+    /// has not.
     #[inline]
     pub(crate) fn split_cell(&self, cell: [u32; 3]) -> Option<&CutCell> {
         self.cuts.as_ref().and_then(|(cuts, _)| cuts.split(cell))
     }
 
-    /// Fraction of a cell that a sub-cell offers to particle centres; 0 where no centre fits.
+    /// Returns the fraction of a whole cell that one of its sub-cells leaves open to particle
+    /// centres; 0 where no centre fits.
     #[inline]
     pub(crate) fn room_in(&self, cut: &CutCell, sub_cell: usize, layer: u32) -> f64 {
         cut.free_share(sub_cell) * share_of(&self.columns[2], layer)
     }
 
-    /// Passes the free fractions of cells to the local density: for particle centres in schemes
-    /// that pair within a cell, for particle bodies in cross-cell schemes.
+    /// Passes the free fractions of cells to the local packing fraction: for particle centres in
+    /// schemes that pair within a cell, for particle bodies in cross-cell schemes.
     pub(crate) fn leave_room(&self, density: &mut Density<P::Space>) {
         let across = density.scheme().is_cross_cell();
         let bodies = |cell| {
@@ -229,8 +238,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         });
     }
 
-    /// Distance between the two walls along an axis, as particle surfaces meet them \[mean
-    /// diameters\]; infinite unless both exist.
+    /// Returns the distance between the two walls along an axis, as particle surfaces meet them
+    /// \[mean diameters\]; infinite unless both faces have walls.
     pub(crate) fn width(&self, axis: usize) -> f64 {
         if (0..2).any(|side| self.walls.wall(axis, side).is_none()) {
             return f64::INFINITY;
@@ -239,7 +248,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         0.5 * (self.lengths[axis] + 2.0 * beyond) / self.mean_radius
     }
 
-    /// Memory of boundaries and cut cells \[bytes\].
+    /// Returns the memory that boundary conditions and cut cells occupy \[bytes\].
     pub(crate) fn memory_bytes(&self) -> usize {
         let columns = self.columns.iter().chain(&self.bodies);
         let numbers = columns.map(Vec::capacity).sum::<usize>() + self.factors.capacity();
@@ -250,44 +259,46 @@ impl<P: ParticleModel> GridBoundaries<P> {
         size_of::<Self>() + 8 * numbers + cuts
     }
 
-    /// Faces of the box, with its walls.
+    /// Returns the faces of the box: walls, open and periodic faces.
     pub(crate) fn walls(&self) -> &Walls<P::Space> {
         &self.walls
     }
 
-    /// Faces that are not periodic, by axis and side.
+    /// Returns axis and side of each face of the box that is not periodic.
     pub(crate) fn faces(&self) -> &[(usize, usize)] {
         &self.faces
     }
 
-    /// Sides of the box \[length\].
+    /// Returns the sides of the box \[length\].
     pub(crate) fn lengths(&self) -> VectorOf<P> {
         self.lengths
     }
 
-    /// Obstacles in the box; `None` without any.
+    /// Returns the obstacles in the box; `None` without any.
     #[inline]
     pub(crate) fn obstacles(&self) -> Option<&ObstacleMap> {
         self.obstacles.as_ref()
     }
 
-    /// Number of inflows and number of obstacles.
+    /// Returns the number of inflows and the number of obstacles.
     pub(crate) fn numbers(&self) -> [usize; 2] {
         let obstacles = self.obstacles.as_ref().map_or(0, ObstacleMap::count);
         [self.sources.len(), obstacles]
     }
 
-    /// Inflows of the run.
+    /// Returns the inflows of the run, with their fluxes.
     pub(crate) fn sources(&self) -> &[InflowSource<P>] {
         &self.sources
     }
 
-    /// Bound of the speeds that boundaries give to simulators, along each axis \[length/time\].
+    /// Returns the upper bound of the speed that boundaries give to simulators, along each axis
+    /// \[length/time\].
     pub(crate) fn speeds(&self) -> VectorOf<P> {
         self.speeds
     }
 
-    /// Distance from walls at which the centre of a particle stops \[length\].
+    /// Returns the distance from walls at which the centre of a particle is stopped \[length\]: its
+    /// radius, or 0 if its centre touches walls.
     #[inline]
     pub(crate) fn clearance(&self, radius: f64) -> f64 {
         match self.clearance {
@@ -296,51 +307,54 @@ impl<P: ParticleModel> GridBoundaries<P> {
         }
     }
 
-    /// Weight factor of a cell: particles per simulator over their number at a factor of one.
+    /// Returns the weight factor of a cell: particles per simulator over their number at a factor
+    /// of one.
     #[inline]
     pub(crate) fn factor(&self, cell: u32) -> f64 {
         self.factors.get(cell as usize).copied().unwrap_or(1.0)
     }
 
-    /// Weights of simulators by region.
+    /// Returns the simulator weights by region of the box.
     pub(crate) fn weights(&self) -> &SimulatorWeights {
         &self.weights
     }
 
-    /// Index of the weight region that holds a cell.
+    /// Returns the index of the region of simulator weights that contains a cell.
     pub(crate) fn region(&self, grid: &Grid<P::Space>, cell: [u32; 3]) -> usize {
-        self.weights.block(middle(grid.counts(), cell))
+        self.weights.block(cell_centre(grid.counts(), cell))
     }
 
-    /// Replaces the weights of simulators by region.
+    /// Replaces the simulator weights of all regions, and the weight factors of cells.
     pub(crate) fn set_weights(&mut self, grid: &Grid<P::Space>, weights: SimulatorWeights) {
-        self.factors = factors(grid, &weights);
+        self.factors = weight_factors(grid, &weights);
         self.weights = weights;
     }
 
-    /// Smallest weight factor of any cell; at most 1.
+    /// Returns the smallest weight factor of any cell; at most 1.
     pub(crate) fn least_factor(&self) -> f64 {
         self.factors.iter().copied().fold(1.0, f64::min)
     }
 
-    /// Fraction of a cell that is open to particle centres.
+    /// Returns the fraction of a cell's volume that walls and obstacles leave open to particle
+    /// centres.
     #[inline]
     pub(crate) fn room(&self, cell: [u32; 3]) -> f64 {
         let cut = self.cuts.as_ref().and_then(|(cuts, _)| cuts.get(cell));
         let room = match cut {
             Some(cut) => cut.room() * share_of(&self.columns[2], cell[2]),
-            None => product(&self.columns, cell),
+            None => product_of_shares(&self.columns, cell),
         };
         room.max(LEAST_ROOM)
     }
 
-    /// Fraction of a cell that particle bodies occupy if their centres fill its [`Self::room`];
-    /// above one where bodies stick out of the box.
+    /// Returns the fraction of a cell's volume that particle bodies can cover between walls; above
+    /// one where bodies stick out of the box.
     pub(crate) fn body_room(&self, cell: [u32; 3]) -> f64 {
-        product(&self.bodies, cell).max(LEAST_ROOM)
+        product_of_shares(&self.bodies, cell).max(LEAST_ROOM)
     }
 
-    /// Returns true if walls and open faces allow a particle's centre at a position.
+    /// Returns true if the centre of a particle with this radius may be at a position, as far as
+    /// walls and open faces tell.
     pub(crate) fn has_room(&self, position: VectorOf<P>, radius: f64) -> bool {
         let clearance = self.clearance(radius);
         let is_inside = |&(axis, side): &(usize, usize)| {
@@ -355,7 +369,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         self.faces.iter().all(is_inside)
     }
 
-    /// Lower bound of [`Self::room`] over all cells that are not closed by walls.
+    /// Returns a lower bound of the free fraction [`Self::room`] over all cells that walls do not
+    /// close.
     pub(crate) fn least_room(&self) -> f64 {
         let columns = self.columns.iter();
         let least = columns.map(|shares| {
@@ -380,9 +395,9 @@ impl<P: ParticleModel> GridBoundaries<P> {
         self.faces.iter().all(far) && self.are_obstacles_far_from(place, bend)
     }
 
-    /// Corners of the part of the box within which flights of a tile's simulators meet no wall, if
-    /// their paths deviate from straight lines by at most `bend` along each axis. `None` if
-    /// obstacles are near.
+    /// Returns the corners of the part of the box in which simulators of a tile meet no wall in a
+    /// flight, if their paths deviate from straight lines by at most `bend` along each axis
+    /// \[length\]. `None` if obstacles are near.
     pub(crate) fn clear_part(
         &self,
         place: &TilePlace<P::Space>,
@@ -404,7 +419,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         Some([low, high])
     }
 
-    /// Returns true if no obstacle is within reach of flights that stay in a tile.
+    /// Returns true if flights within a tile cannot reach any obstacle, with paths that deviate
+    /// from straight lines by at most `bend` along each axis \[length\].
     fn are_obstacles_far_from(&self, place: &TilePlace<P::Space>, bend: VectorOf<P>) -> bool {
         let corners = [place.low, place.high].map(|corner| [corner[0], corner[1]]);
         self.obstacles
@@ -412,7 +428,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
             .is_none_or(|obstacles| obstacles.are_far_from(corners, [bend[0], bend[1]]))
     }
 
-    /// Returns true if all cells of a tile have one weight factor.
+    /// Returns true if all cells of a tile have the same weight factor.
     pub(crate) fn is_even(&self, grid: &Grid<P::Space>, place: &TilePlace<P::Space>) -> bool {
         let first = self.factor(grid.number(place.first));
         let [columns, rows, layers] = place.sides;
@@ -424,8 +440,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         })
     }
 
-    /// Part of a cell's face through which a source emits, by two corners; `None` if walls close
-    /// it.
+    /// Returns the two corners of the part of a cell's open face through which an inflow enters
+    /// \[length\]; `None` if walls close it.
     pub(crate) fn opening(
         &self,
         grid: &Grid<P::Space>,
@@ -459,8 +475,8 @@ impl<P: ParticleModel> GridBoundaries<P> {
         is_open.then_some(corners)
     }
 
-    /// Moves a coordinate that rounding has put beyond a face back to it, and wraps the periodic
-    /// ones.
+    /// Moves a position that rounding has put beyond a face of the box back to that face, and wraps
+    /// periodic coordinates.
     pub(crate) fn keep_inside(&self, position: &mut VectorOf<P>, clearance: f64) {
         for &(axis, side) in &self.faces {
             let inset = if self.walls.wall(axis, side).is_some() {
@@ -477,7 +493,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         }
     }
 
-    /// Reflects a position at the faces until it is inside.
+    /// Reflects a position at the faces of the box that are not periodic until it is inside.
     pub(crate) fn fold(&self, position: &mut VectorOf<P>, radius: f64) {
         let clearance = self.clearance(radius);
         for axis in 0..P::Space::DIMENSION {
@@ -496,7 +512,7 @@ impl<P: ParticleModel> GridBoundaries<P> {
         self.keep_inside(position, clearance);
     }
 
-    /// Checks that a simulator at the start overlaps no wall and no obstacle.
+    /// Checks that a simulator of the initial state overlaps no wall and no obstacle.
     pub(crate) fn check_place<F: DisplacementTracking<P::Space>>(
         &self,
         scene: &P,
@@ -542,9 +558,9 @@ impl<P: ParticleModel> GridBoundaries<P> {
         }
     }
 
-    /// Bound of the speeds that boundaries give to simulators, for the choice of the time step:
-    /// drift of an inflow plus three thermal speeds, three thermal speeds of diffuse walls, twice
-    /// the speed of a vibrating wall.
+    /// Returns the upper bound of the speed that boundaries give to simulators, for the choice of
+    /// the time step \[length/time\]: drift of an inflow plus three thermal speeds, three thermal
+    /// speeds of diffuse walls, twice the speed of a vibrating wall.
     fn fastest(&self, scene: &P, inflows: &[Inflow<P::Space>], mean_mass: f64) -> VectorOf<P> {
         let mut speeds = VectorOf::<P>::default();
         let sizes = scene.sizes();
@@ -572,20 +588,22 @@ impl<P: ParticleModel> GridBoundaries<P> {
     }
 }
 
-/// Product of the column fractions of a cell; axes without an entry count as 1.
-fn product(columns: &[Vec<f64>; 3], cell: [u32; 3]) -> f64 {
+/// Returns the product of the free fractions of a cell's column, row and layer; an empty list
+/// counts as 1.
+fn product_of_shares(columns: &[Vec<f64>; 3], cell: [u32; 3]) -> f64 {
     let shares = columns.iter().zip(cell);
     shares.map(|(shares, at)| share_of(shares, at)).product()
 }
 
-/// Fraction of one column; 1 where the list is empty.
+/// Returns the free fraction of one column, row or layer of cells; 1 where the list is empty.
 fn share_of(shares: &[f64], at: u32) -> f64 {
     shares.get(at as usize).copied().unwrap_or(1.0)
 }
 
-/// Fraction of each column of cells along an axis that is at least `insets` away from its two
-/// faces. Negative insets extend the outermost columns beyond the box. Empty if both are zero.
-fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> {
+/// Returns the fraction of each column (or row, layer) of cells along an axis that is at least
+/// `insets` away from its two faces. Negative insets extend the outermost columns beyond the box.
+/// Empty if both are zero.
+fn open_columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> {
     if insets == [0.0; 2] {
         return Vec::new();
     }
@@ -603,8 +621,8 @@ fn columns<S: Space>(grid: &Grid<S>, axis: usize, insets: [f64; 2]) -> Vec<f64> 
         .collect()
 }
 
-/// Weight factor of each cell; empty if weights are uniform.
-fn factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
+/// Returns the weight factor of each cell of the grid; empty if weights are uniform.
+fn weight_factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
     if weights.is_uniform() {
         return Vec::new();
     }
@@ -613,14 +631,14 @@ fn factors<S: Space>(grid: &Grid<S>, weights: &SimulatorWeights) -> Vec<f64> {
     for z in 0..layers {
         for y in 0..rows {
             for x in 0..columns {
-                factors.push(weights.factor_at(middle(grid.counts(), [x, y, z])));
+                factors.push(weights.factor_at(cell_centre(grid.counts(), [x, y, z])));
             }
         }
     }
     factors
 }
 
-/// Centre of a cell, as a fraction of the box sides.
-fn middle(counts: [u32; 3], cell: [u32; 3]) -> [f64; 3] {
+/// Returns the centre of a cell, as fractions of the box sides.
+fn cell_centre(counts: [u32; 3], cell: [u32; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| (f64::from(cell[axis]) + 0.5) / f64::from(counts[axis]))
 }

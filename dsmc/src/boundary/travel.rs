@@ -1,4 +1,5 @@
-//! Flight of one simulator between boundaries, contact by contact, exact in time.
+//! Free flight of one simulator between walls and obstacles: all contacts in a time step are
+//! computed one after the other, exact in time.
 
 use nalgebra::Vector2;
 use stosszahl_model::random::{ShortStream, StreamBundle};
@@ -12,26 +13,28 @@ use super::surroundings::GridBoundaries;
 use crate::particle::{DisplacementTracking, Simulator, SimulatorOf};
 
 /// Largest number of contacts with one wall in one flight. A particle that falls onto an inelastic
-/// floor touches it infinitely often in finite time; it is laid to rest instead, and counted.
+/// floor touches it infinitely often in finite time; it is set to rest instead, and counted.
 const MOST_TOUCHES: u32 = 1000;
 
-/// Slope at which a particle that slides along an obstacle rises from it, so that rounding does not
-/// lead inside.
+/// Slope at which a particle that slides along an obstacle moves away from it, so that rounding
+/// does not lead inside.
 const UPWARDS: f64 = 1e-12;
 
-/// Flight of one simulator: its gas, its boundaries, and when it takes place.
+/// Free flight of one simulator with boundaries: particle model, boundary conditions, start time
+/// and duration.
 pub(crate) struct BoundaryFlight<'a, P: ParticleModel> {
     pub(crate) scene: &'a P,
     pub(crate) surroundings: &'a GridBoundaries<P>,
-    /// Start of the flight \[time\].
+    /// Time at which the simulator's flight starts \[time\].
     pub(crate) begin: f64,
-    /// Duration of the flight \[time\].
+    /// Duration of the simulator's flight \[time\].
     pub(crate) duration: f64,
     /// Number of particles that the simulator represents.
     pub(crate) particles: f64,
 }
 
-/// Random numbers for diffuse walls, generated when the first is needed.
+/// Random stream for the rebounds of one simulator from diffuse walls, created when the first
+/// number is needed.
 pub(crate) struct Draws {
     bundle: StreamBundle,
     address: u64,
@@ -39,7 +42,7 @@ pub(crate) struct Draws {
 }
 
 impl Draws {
-    /// Creates the stream of an address, without drawing from it.
+    /// Creates the random stream at an address, without drawing from it yet.
     pub(crate) fn stream_at(bundle: StreamBundle, address: u64) -> Self {
         Self {
             bundle,
@@ -48,39 +51,42 @@ impl Draws {
         }
     }
 
-    /// Stream of random numbers, seeded on first use.
+    /// Returns the random stream, seeded at the first call.
     pub(crate) fn stream(&mut self) -> &mut ShortStream {
         self.stream
             .get_or_insert_with(|| self.bundle.stream_at(self.address))
     }
 }
 
-/// Next event of a flight.
+/// Next event in the flight of a simulator: contact with a face or obstacle, periodic crossing, or
+/// release from a wall.
 enum FlightEvent {
-    /// Contact with the face of an axis and a side.
+    /// Contact with the wall or open face of an axis and a side.
     Contact(usize, usize),
-    /// Release from the wall on which the simulator rests along an axis, as the wall turns.
+    /// Release from the vibrating wall on which the simulator rests along an axis, at the time when
+    /// the wall turns.
     Release(usize),
     /// Crossing of the periodic face of an axis and a side.
     Wrap(usize, usize),
-    /// Contact with an obstacle: its number, its rebound law, and the normal at the contact.
+    /// Contact with an obstacle: its index, its rebound law, and the unit normal at the contact.
     Obstacle(usize, Rebound, [f64; 2]),
 }
 
-/// Rest of a simulator on a wall along one axis.
+/// State of rest of a simulator on a wall along one axis.
 #[derive(Clone, Copy)]
 struct Rest {
     side: usize,
-    /// Time at which the simulator leaves the wall \[time\].
+    /// Time at which the simulator is released from the wall \[time\].
     until: f64,
 }
 
-/// State of a simulator during its flight.
+/// State of a simulator in the course of its flight: clock, acceleration, walls it rests on, and
+/// numbers of contacts.
 struct Motion<'a, 'b, P: ParticleModel> {
     trip: &'a BoundaryFlight<'b, P>,
     mass: f64,
     radius: f64,
-    /// Distance from the faces at which the centre stops \[length\].
+    /// Distance from the faces of the box at which the simulator's centre is stopped \[length\].
     clearance: f64,
     acceleration: VectorOf<P>,
     now: f64,
@@ -88,12 +94,14 @@ struct Motion<'a, 'b, P: ParticleModel> {
     rests: [Option<Rest>; 3],
     touches: [u32; 3],
     obstacle_touches: u32,
-    /// Obstacle that the simulator slides along, and the acceleration of its support force.
+    /// Index of the obstacle that the simulator slides along, and the acceleration by its normal
+    /// force; `None` if it slides along none.
     support: Option<(usize, VectorOf<P>)>,
 }
 
 impl<P: ParticleModel> BoundaryFlight<'_, P> {
-    /// Moves a simulator to the end of the flight. Returns `false` if it left through an open face.
+    /// Moves a simulator to the end of its free flight, with rebounds from walls and obstacles.
+    /// Returns `false` if it left through an open face.
     pub(crate) fn travel<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &mut SimulatorOf<P, F>,
@@ -144,8 +152,8 @@ impl<P: ParticleModel> BoundaryFlight<'_, P> {
 }
 
 impl<P: ParticleModel> Motion<'_, '_, P> {
-    /// Height of the centre above its contact position at a face, speed away from it, and
-    /// acceleration.
+    /// Returns the height of a simulator's centre above its contact position at a face, and its
+    /// velocity and acceleration away from the face.
     fn approach<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -166,7 +174,8 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         }
     }
 
-    /// Next event before the end of the flight, and the time until then.
+    /// Returns the next event of the simulator's flight and the time until then; `None` if the
+    /// flight ends before.
     fn next<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -213,7 +222,8 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         next.map(|next| (wait, next))
     }
 
-    /// Replaces the next event by a periodic face or an obstacle if that comes before `wait`.
+    /// Replaces the next event of a flight by a contact with an obstacle, or the crossing of a
+    /// periodic face, if that is earlier than `wait` \[time\].
     fn look_for_obstacles<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -246,7 +256,8 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         }
     }
 
-    /// Collides the simulator with an obstacle that it has just reached.
+    /// Executes the contact of a simulator with an obstacle: rebound, random numbers of diffuse
+    /// surfaces, and ledger.
     fn strike<F: DisplacementTracking<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
@@ -298,7 +309,8 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         }
     }
 
-    /// Moves freely for a time, along the walls on which the simulator rests.
+    /// Moves the simulator freely for a time \[time\], along the walls on which it rests. The
+    /// impulse by which walls and obstacles support it goes to their ledgers.
     fn drift<F: DisplacementTracking<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,
@@ -327,21 +339,22 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         }
     }
 
-    /// Ends the support by the obstacle that the simulator slides along.
+    /// Ends the sliding of the simulator along an obstacle: removes the acceleration by its normal
+    /// force.
     fn let_go(&mut self) {
         if let Some((_, lift)) = self.support.take() {
             self.acceleration -= lift;
         }
     }
 
-    /// Ends the rest on the wall along an axis.
+    /// Ends the rest of the simulator on the wall along an axis, so that it flies freely again.
     fn release(&mut self, axis: usize) {
         self.let_go();
         self.rests[axis] = None;
         self.acceleration[axis] = self.trip.scene.field().acceleration()[axis];
     }
 
-    /// Adds a simulator that leaves to the ledger of its face.
+    /// Adds a simulator that leaves through an open face to the ledger of that face.
     fn leave<F: DisplacementTracking<P::Space>>(
         &self,
         simulator: &SimulatorOf<P, F>,
@@ -354,14 +367,16 @@ impl<P: ParticleModel> Motion<'_, '_, P> {
         ledgers.open[axis][side].enter(particles, self.mass, simulator.velocity, energy);
     }
 
-    /// Energy of one of the simulator's particles \[energy\].
+    /// Returns the kinetic energy of one particle of the simulator, translational and rotational
+    /// \[energy\].
     fn energy<F: DisplacementTracking<P::Space>>(&self, simulator: &SimulatorOf<P, F>) -> f64 {
         let surface = self.trip.scene.surface();
         let turning = surface.spin_energy(self.mass, self.radius, simulator.spin);
         energy(self.mass, simulator.velocity, turning)
     }
 
-    /// Collides the simulator with a wall that it has just reached.
+    /// Executes the contact of a simulator with a wall that it has just reached: rebound, random
+    /// numbers of diffuse walls, and ledger.
     fn rebound<F: DisplacementTracking<P::Space>>(
         &mut self,
         simulator: &mut SimulatorOf<P, F>,

@@ -1,8 +1,10 @@
-//! Simulator weights: regions in which a simulator stands for more or fewer particles.
+//! Simulator weights: regions of the box in which a simulator stands for more or fewer particles,
+//! by fixed or adaptive factors.
 
 use crate::parameters::DsmcError;
 
-/// Factors of the simulator weight in equal blocks of the box. Uniform by default.
+/// Weight factors of simulators in equal blocks of the box: how many particles a simulator stands
+/// for, relative to a factor of one. Uniform by default.
 ///
 /// A simulator that crosses from a region of factor a to one of factor b becomes a/b simulators on
 /// average: one of the two adjacent whole numbers, drawn so that the mean is exact. A cell belongs
@@ -11,24 +13,25 @@ use crate::parameters::DsmcError;
 /// Factors are given, or adapt to the number of simulators ([`SimulatorWeights::following`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SimulatorWeights {
-    /// Number of blocks along each axis.
+    /// Number of blocks with their own weight factor along each axis.
     regions: [usize; 3],
-    /// Factors by block, the first axis running fastest; empty where weights are uniform.
+    /// Weight factor of each block, the first axis running fastest; empty where weights are
+    /// uniform.
     factors: Vec<f64>,
-    /// True if factors adapt to the number of simulators.
+    /// True if weight factors adapt to the number of simulators in their blocks.
     follows: bool,
 }
 
-/// Largest adaptive factor; the smallest is `1/MOST_FOLLOWED`.
+/// Largest adaptive weight factor; the smallest is its inverse.
 const MOST_FOLLOWED: f64 = 1024.0;
 
 impl SimulatorWeights {
-    /// Creates uniform weights.
+    /// Creates uniform weights, with a factor of one everywhere.
     pub fn uniform() -> Self {
         Self::default()
     }
 
-    /// Creates factors of equal slices along an axis.
+    /// Creates fixed weight factors of equal slices of the box along an axis.
     ///
     /// # Errors
     /// As [`SimulatorWeights::table`].
@@ -40,7 +43,8 @@ impl SimulatorWeights {
         Self::table(regions, factors)
     }
 
-    /// Creates adaptive factors of equal slices along an axis, all one at the start.
+    /// Creates adaptive weight factors of equal slices of the box along an axis, all one at the
+    /// start.
     ///
     /// A factor doubles where a slice holds more than twice the mean number of simulators at the
     /// start, and halves where it holds fewer than half. Factors are between 1/1024 and 1024.
@@ -57,8 +61,8 @@ impl SimulatorWeights {
         })
     }
 
-    /// Creates factors of equal blocks, the first axis running fastest. `regions`: number of blocks
-    /// along each axis, which is 1 for axes beyond the dimension.
+    /// Creates fixed weight factors of equal blocks of the box, the first axis running fastest.
+    /// `regions` is the number of blocks along each axis, 1 for axes beyond the dimension.
     ///
     /// # Errors
     /// [`DsmcError::BadWeights`] unless there is a factor for each block, from 1e-6 to 1e6.
@@ -88,29 +92,31 @@ impl SimulatorWeights {
         })
     }
 
-    /// Returns true if all simulators have one weight.
+    /// Returns true if all simulators always have the weight factor one.
     pub fn is_uniform(&self) -> bool {
         !self.follows
             && self.factors.windows(2).all(|pair| pair[0] == pair[1])
             && self.factors.first().is_none_or(|&factor| factor == 1.0)
     }
 
-    /// Number of blocks along each axis.
+    /// Returns the number of blocks with their own weight factor along each axis.
     pub fn regions(&self) -> [usize; 3] {
         self.regions
     }
 
-    /// Returns true if factors adapt to the number of simulators.
+    /// Returns true if weight factors adapt to the number of simulators in their blocks.
     pub fn follows(&self) -> bool {
         self.follows
     }
 
-    /// Factors by block, the first axis running fastest; empty where weights are uniform.
+    /// Returns the weight factor of each block, the first axis running fastest; empty where weights
+    /// are uniform.
     pub fn factors(&self) -> &[f64] {
         &self.factors
     }
 
-    /// Returns a copy with other factors; unchanged if their number differs.
+    /// Returns a copy with the given weight factors of the blocks; unchanged if their number
+    /// differs.
     pub(crate) fn with_factors(&self, factors: &[f64]) -> Self {
         let mut changed = self.clone();
         if factors.len() == changed.factors.len() {
@@ -119,8 +125,8 @@ impl SimulatorWeights {
         changed
     }
 
-    /// Change of each adaptive factor, for `counts` simulators in each block and `mean` at the
-    /// start.
+    /// Returns the factor by which each adaptive weight factor changes: 2, 1/2 or 1, from the
+    /// number of simulators in each block and the mean at the start.
     pub(crate) fn changes(&self, counts: &[usize], mean: f64) -> Vec<f64> {
         let change = |(&factor, &count): (&f64, &usize)| {
             let count = count as f64;
@@ -135,13 +141,14 @@ impl SimulatorWeights {
         self.factors.iter().zip(counts).map(change).collect()
     }
 
-    /// Factor at a point of the box, given as a fraction of its sides.
+    /// Returns the weight factor at a point of the box, given as fractions of its sides.
     pub fn factor_at(&self, shares: [f64; 3]) -> f64 {
         let block = self.block(shares);
         self.factors.get(block).copied().unwrap_or(1.0)
     }
 
-    /// Index of the block that holds a point, given as a fraction of the box sides.
+    /// Returns the index of the block of weights that contains a point, given as fractions of the
+    /// box sides.
     pub(crate) fn block(&self, shares: [f64; 3]) -> usize {
         let mut block = 0;
         for axis in (0..3).rev() {

@@ -10,31 +10,40 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Classes of packing fractions, each a 32nd wide.
+/// Number of classes of the packing fraction, each a 32nd wide, with a contact distance of their
+/// own.
 const PACKINGS: usize = 32;
 
-/// Number of classes: [`PACKINGS`] for whole neighbourhoods, and as many for neighbourhoods cut by
-/// walls, where partners are all on one side.
+/// Number of classes with an adaptive contact distance: [`PACKINGS`] for whole neighbourhoods, and
+/// as many for neighbourhoods cut by walls, where partners are all on one side.
 const CLASSES: usize = 2 * PACKINGS;
 
-/// Number of collisions over which the excess is averaged.
+/// Number of latest collisions over which the mean distance of partners beyond their search point
+/// is averaged.
 const MEMORY: f64 = 5e4;
 
-/// Weight of the initial estimate, zero excess, in collisions.
+/// Weight in collisions of the initial estimate, that partners are at their search point on
+/// average.
 const PRIOR: f64 = 300.0;
 
-/// Mean excess of the partner distance over the contact distance, by class of packing fraction.
+/// Adaptive distance from a simulator to the point around which its partner is sought, for each
+/// class of packing fraction: the contact distance, less the mean distance of partners beyond that
+/// point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ContactDistance {
-    /// Mean excess \[contact distances\] and the number of collisions behind it, by class.
+    /// Mean distance of partners beyond their search point, along the line of centres \[contact
+    /// distances\], and the number of collisions it is averaged over, for each class of packing
+    /// fraction.
     classes: Vec<[f64; 2]>,
 }
 
-/// Partner distances of one step, by class: class, sum \[contact distances\], number.
+/// Partner distances in one time step, for each class of packing fraction: class, sum \[contact
+/// distances\] and number of collisions.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Distances(Vec<(u8, f64, f64)>);
 
-/// The class of a packing fraction in a neighbourhood that is whole, or cut by walls.
+/// Returns the class of a packing fraction for the adaptive contact distance. `whole` is false for
+/// neighbourhoods cut by walls.
 #[inline(always)]
 pub(crate) fn class(packing: f64, whole: bool) -> u8 {
     let class = ((packing * PACKINGS as f64) as usize).min(PACKINGS - 1);
@@ -50,7 +59,8 @@ impl Default for ContactDistance {
 }
 
 impl Distances {
-    /// Adds the distance of two partners along their line of centres \[contact distances\].
+    /// Adds the distance of two colliding partners along their line of centres \[contact
+    /// distances\] to the sum of a class of packing fraction.
     #[inline(always)]
     pub(crate) fn note(&mut self, class: u8, distance: f64) {
         if let Some(entry) = self.0.iter_mut().find(|entry| entry.0 == class) {
@@ -63,26 +73,30 @@ impl Distances {
 }
 
 impl ContactDistance {
-    /// Distance of the search point from a simulator \[contact distances\].
+    /// Returns the distance from a simulator to the point around which its partner is sought
+    /// \[contact distances\], for a class of packing fraction.
     #[inline(always)]
     pub(crate) fn reach(&self, class: u8) -> f64 {
         (1.0 - self.classes[usize::from(class)][0]).clamp(Self::SHORTEST, Self::LONGEST)
     }
 
-    /// Largest [`Self::reach`] of any class \[contact distances\].
+    /// Returns the largest distance from a simulator to its search point, over all classes of
+    /// packing fraction \[contact distances\].
     pub(crate) fn longest(&self) -> f64 {
         (0..CLASSES as u8)
             .map(|class| self.reach(class))
             .fold(0.0, f64::max)
     }
 
-    /// Lower bound of [`Self::reach`].
+    /// Least distance from a simulator to the point around which its partner is sought \[contact
+    /// distances\].
     pub(crate) const SHORTEST: f64 = 0.7;
-    /// Upper bound of [`Self::reach`].
+    /// Largest distance from a simulator to the point around which its partner is sought \[contact
+    /// distances\].
     pub(crate) const LONGEST: f64 = 1.1;
 
-    /// Updates the mean excess from the collisions of a step, all made with the present
-    /// [`Self::reach`].
+    /// Updates the mean distance of partners beyond their search point from the collisions of a
+    /// time step, all made with the current distance [`Self::reach`].
     pub(crate) fn learn<'a>(&mut self, steps: impl Iterator<Item = &'a Distances>) {
         let mut sums = [[0.0; 2]; CLASSES];
         for &(class, sum, count) in steps.flat_map(|distances| &distances.0) {

@@ -1,4 +1,4 @@
-//! Velocity changes of particles in ghost cells, sent between processes.
+//! Velocity changes of simulators in ghost cells, as messages between processes.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{ParticleModel, Space, SpinOf, Surface, Vector, VectorOf};
@@ -6,8 +6,8 @@ use stosszahl_model::{ParticleModel, Space, SpinOf, Surface, Vector, VectorOf};
 use crate::particle::DisplacementTracking;
 use crate::tile::Tile;
 
-/// New velocity and spin of a simulator, by its tile, its cell in the tile, and its index in the
-/// cell.
+/// New velocity and spin of a simulator after a collision, addressed by its tile, its cell in the
+/// tile, and its index in the cell.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Change<V, W> {
     pub(crate) tile: u32,
@@ -17,11 +17,12 @@ pub(crate) struct Change<V, W> {
     pub(super) spin: W,
 }
 
-/// Velocity change of a particle of this model.
+/// Change of velocity and spin of a simulator, for a given particle model.
 pub(crate) type ChangeOf<P> = Change<VectorOf<P>, SpinOf<P>>;
 
 impl<V: Vector, W: Copy> Change<V, W> {
-    /// Applies the change to the tile; does nothing if the tile does not hold the cell.
+    /// Sets velocity and spin of the simulator in a tile; does nothing if the tile does not hold
+    /// its cell.
     #[inline]
     pub(super) fn apply<P, F>(&self, tile: &mut Tile<P, F>)
     where

@@ -1,4 +1,5 @@
-//! Coloured sweep over the tiles: each is processed together with its neighbours.
+//! Coloured sweep over the tiles of a box: tiles are processed in parallel, each together with its
+//! neighbouring tiles.
 //!
 //! Tiles are coloured so that no two of one colour share a neighbour. Colours follow each other,
 //! and all threads work on the tiles of one colour at once, so the pairs that collide do not depend
@@ -19,8 +20,9 @@ use crate::grid::Grid;
 use crate::particle::DisplacementTracking;
 use crate::tile::Tile;
 
-/// Processes every tile of this process with its neighbours, colour after colour, and returns the
-/// results with the tile numbers. After each colour, processes exchange the changes in ghost cells.
+/// Calls `work` for every tile of this process with its neighbouring tiles, colour after colour,
+/// and returns the results with tile numbers. After each colour, processes exchange the changes in
+/// ghost cells.
 pub(super) fn sweep_around<P: ParticleModel, F: DisplacementTracking<P::Space>, R: Send>(
     parallel: bool,
     grid: &Grid<P::Space>,
@@ -64,10 +66,11 @@ pub(super) fn sweep_around<P: ParticleModel, F: DisplacementTracking<P::Space>, 
     results
 }
 
-/// Result of the work on one tile: its number, the result, and changes that other processes need.
+/// Result of the work on one tile: tile number, result, and velocity changes that other processes
+/// need.
 type Done<P, R> = (u32, R, Vec<ChangeOf<P>>);
 
-/// Collides the tiles of one colour, and then of all later colours. Each colour runs inside the
+/// Processes the tiles of one colour, and then of all later colours. Each colour runs inside the
 /// message exchange of the colour before, so that no process waits for another that has not yet
 /// received its messages.
 fn colour_by_colour<

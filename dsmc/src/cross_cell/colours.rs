@@ -1,11 +1,12 @@
-//! Colours of tiles: no two tiles of one colour share a neighbour.
+//! Colouring of the tiles of a box: no two tiles of one colour have a common neighbour, so they can
+//! be processed in parallel.
 
 use stosszahl_model::Space;
 
 use crate::grid::Grid;
 
-/// The colour of each tile along an axis: tiles of one colour are at least three apart around the
-/// box. Fewer than three tiles get a colour each.
+/// Returns the colour of each tile along a periodic axis: tiles of one colour are at least three
+/// apart. Fewer than three tiles get a colour each.
 fn ring_colours(count: u32) -> Vec<usize> {
     let regular = if count < 3 { 0 } else { count - count % 3 };
     (0..count)
@@ -17,7 +18,7 @@ fn ring_colours(count: u32) -> Vec<usize> {
         .collect()
 }
 
-/// The tiles of each colour, by their number among all.
+/// Returns the tiles of each colour, by their numbers in the grid.
 pub(crate) fn colours<S: Space>(grid: &Grid<S>) -> Vec<Vec<u32>> {
     let counts = grid.tiles();
     let along = counts.map(ring_colours);

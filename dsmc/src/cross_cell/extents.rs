@@ -9,15 +9,16 @@ use stosszahl_model::Space;
 
 use crate::extrema::{larger, smaller};
 
-/// Bounding box of a set of velocities.
+/// Bounding box of the velocities of a set of particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct VelocityBox<S: Space> {
-    /// Largest components of -u and of u, side by side so that both are compared at once.
+    /// Largest components of -u and of u over the velocities u of the set \[length/time\], side by
+    /// side so that both are compared at once.
     most: [S::Vector; 2],
 }
 
 impl<S: Space> VelocityBox<S> {
-    /// Creates a bounding box of no velocities.
+    /// Creates the bounding box of an empty set of velocities.
     #[inline(always)]
     pub(super) fn empty() -> Self {
         Self {
@@ -25,7 +26,7 @@ impl<S: Space> VelocityBox<S> {
         }
     }
 
-    /// Extends the box to a velocity.
+    /// Extends the bounding box so that it contains the velocity `u`.
     #[inline(always)]
     pub(super) fn note(&mut self, velocity: S::Vector) {
         self.join(&Self {
@@ -33,7 +34,8 @@ impl<S: Space> VelocityBox<S> {
         });
     }
 
-    /// Empties the box unless `keeps`. Branch-free, because the condition is unpredictable.
+    /// Empties the bounding box unless `keeps` is true. Branch-free, because the condition is
+    /// unpredictable.
     #[inline(always)]
     pub(super) fn keep_if(&mut self, keeps: bool) {
         let most = [f64::MIN, f64::MAX][usize::from(keeps)];
@@ -53,8 +55,8 @@ impl<S: Space> VelocityBox<S> {
         }
     }
 
-    /// Widening of a box of velocities relative to a shear flow, so that it bounds the approach of
-    /// partners up to `contact` apart \[length/time\].
+    /// Returns how much a bounding box of velocities relative to a shear flow must be widened
+    /// \[length/time\], to bound the approach of partners up to `contact` apart \[length\].
     ///
     /// The flow a y at a partner along k changes the approach speed by at most `a contact |k_x
     /// k_y|`, which is at most `(|k_x| + |k_y|)/sqrt(8)` of `a contact`.
@@ -63,7 +65,7 @@ impl<S: Space> VelocityBox<S> {
         0.5 * std::f64::consts::FRAC_1_SQRT_2 * shear_rate.abs() * contact
     }
 
-    /// Box that is wider by `by` on both sides, along the axes of flow and gradient
+    /// Returns the bounding box widened by `by` on both sides, along the axes of flow and gradient
     /// \[length/time\].
     #[inline(always)]
     #[must_use]
@@ -75,23 +77,24 @@ impl<S: Space> VelocityBox<S> {
         self
     }
 
-    /// Side lengths of the box \[length/time\]; zero if it is empty.
+    /// Returns the side lengths of the bounding box of velocities \[length/time\]; zero if it is
+    /// empty.
     #[inline(always)]
     pub(super) fn sides(&self) -> S::Vector {
         let [low, high] = self.most;
         S::from_components(|axis| larger(high[axis] + low[axis], 0.0))
     }
 
-    /// Largest speed `-u . k` of the velocities u in the box; a large negative number if it is
-    /// empty.
+    /// Returns the largest `-u . k` over the velocities u in the bounding box; a large negative
+    /// number if it is empty.
     #[inline(always)]
     pub(super) fn against(&self, k: S::Vector) -> f64 {
         let ends = [0, 1, 2].map(|axis| usize::from(axis < S::DIMENSION && k[axis] < 0.0));
         self.against_signed(ends, S::from_components(|axis| k[axis].abs()))
     }
 
-    /// Largest speed `-u . k` of the velocities u in the box, from the absolute components `k` of a
-    /// vector, and the side of the box along each axis: 1 if the component is negative, else 0.
+    /// Returns the largest `-u . k` over the velocities u in the bounding box, from the absolute
+    /// components `k` and the signs `ends`: 1 if a component is negative, else 0.
     #[inline(always)]
     pub(super) fn against_signed(&self, ends: [usize; 3], k: S::Vector) -> f64 {
         (0..S::DIMENSION)

@@ -18,72 +18,77 @@ use crate::extrema::{larger, smaller};
 use crate::grid::{Grid, ROUNDER};
 use crate::particle::DisplacementTracking;
 
-/// Coordinate of masked particles; large, but its square does not overflow \[length\].
+/// Coordinate of particles masked in a search \[length\]: far away, but its square does not
+/// overflow.
 const NOWHERE: f64 = 1e150;
 
-/// Mark of cells beyond an edge that slides, whose particles have an entry of `homes_of_sliding`
-/// each.
+/// Value of `tile` for cells of the halo copy beyond a sliding edge: each of their particles has an
+/// entry in `homes_of_sliding`.
 const SLIDING: u32 = u32::MAX;
 
-/// Copy of a block of cells around a tile: positions, velocities, sizes and velocity bounds.
+/// Halo copy: contiguous copy of the cells of a tile and around it, with positions, velocities,
+/// sizes and velocity bounds of their simulators.
 pub(crate) struct HaloCopy<P: ParticleModel> {
     ranges: Ranges,
-    /// Coordinates of the first cell; they may be outside the box.
+    /// Lattice coordinates of the copy's first cell, counted in cells of the box; negative or
+    /// beyond the box where the copy wraps.
     first: [i64; 3],
-    /// Number of cells along each axis.
+    /// Number of cells in the halo copy along each axis.
     sides: [usize; 3],
     /// Number of ghost cells on each side of the tile, along each axis.
     margin: [usize; 3],
-    /// Number of cells of the box along each axis.
+    /// Number of cells of the whole box along each axis.
     counts: [i64; 3],
-    /// True if the box is so narrow that a search may see a particle twice.
+    /// True if the box is so narrow that a partner search may see the same simulator twice.
     is_narrow: bool,
-    /// True if the copy may hold several images of a simulator.
+    /// True if the halo copy may hold several periodic images of a simulator.
     has_images: bool,
-    /// Number of cells per unit length along each axis \[1/length\].
+    /// Inverse sides of a cell \[1/length\], to find the cell of a position.
     scale: VectorOf<P>,
-    /// Index of the first particle of each cell, and the total number at the end.
+    /// Index of the first simulator of each cell of the halo copy, and the total number at the end.
     starts: Vec<u32>,
     positions: [Vec<f64>; 3],
     pub(super) velocities: Vec<VectorOf<P>>,
     tags: Vec<<P::Sizes as Sizes>::Tag>,
-    /// Radius minus mean radius of each particle \[length\]; empty if sizes are equal or partners
-    /// are not sought around points.
+    /// Radius minus mean radius of each simulator in the halo copy \[length\]; empty if sizes are
+    /// equal or partners are not sought around points.
     excess: Vec<f64>,
-    /// Smallest and largest `excess` \[length\].
+    /// Smallest and largest radius minus mean radius of the simulators in the halo copy \[length\].
     spread: [f64; 2],
-    /// Cell of each particle.
+    /// Index of the cell in the halo copy of each simulator.
     cells: Vec<u32>,
-    /// Tile that holds the particles of each cell, and the offset from an index in the copy to the
-    /// index in the tile.
+    /// For each cell of the halo copy, the tile that owns its simulators, and the offset from an
+    /// index in the copy to the index in that tile.
     homes: Vec<At>,
-    /// Tile and index in the tile of particles beyond a sliding edge, where a cell of the copy
-    /// holds particles of several cells of the tile.
+    /// Tile and index in it of each simulator beyond a sliding edge of a shear flow, where a cell
+    /// of the copy holds simulators of several cells of the tile.
     homes_of_sliding: Vec<At>,
-    /// For each particle, the index of its next periodic image in the copy, in a ring of all its
-    /// images; empty if each particle has one image.
+    /// Index in the halo copy of the next periodic image of each simulator, in a ring of all its
+    /// images; empty if all have one image.
     next_images: Vec<u32>,
-    /// Scratch memory: last image found of each simulator of the neighbourhood.
+    /// Scratch memory for linking periodic images: index in the halo copy of the last image found
+    /// of each simulator.
     last_images: Vec<u32>,
-    /// Bounding box of the velocities of each cell.
+    /// Bounding box of the velocities in each cell of the halo copy.
     extents: Vec<VelocityBox<P::Space>>,
-    /// Number of particles in the block of cells around each cell that is searched first.
+    /// Number of simulators in the block of cells around each cell that a partner search visits
+    /// first.
     near: Vec<u32>,
-    /// For each line of cells along the first axis: true if a block of a cell has at most one
-    /// particle.
+    /// For each line of cells along the first axis: true if the search block around one of its
+    /// cells has at most one simulator.
     lonely: Vec<bool>,
     sums: Vec<u32>,
-    /// Bounding boxes of velocities joined over the layers around one, by column; in three
-    /// dimensions.
+    /// Bounding box of velocities for each column of cells of one layer, joined over the layers
+    /// around it; only in three dimensions.
     slab: Vec<VelocityBox<P::Space>>,
-    /// Layer that `slab` belongs to.
+    /// Layer of the halo copy for which `slab` was computed; `None` for none yet.
     slab_of: Option<usize>,
-    /// Bounding box of the velocities of possible partners, for each cell of the current line of
-    /// the tile.
+    /// Bounding box of the velocities of all possible partners, for each cell of the tile's current
+    /// line of cells.
     pub(super) bounds: Vec<VelocityBox<P::Space>>,
-    /// Row and layer of the current line in the halo copy.
+    /// Row and layer in the halo copy of the tile's current line of cells.
     line: [usize; 2],
-    /// Scratch memory.
+    /// Scratch memory for bounding boxes of velocities, one for each cell of a line.
     work: Vec<VelocityBox<P::Space>>,
     places: Vec<bool>,
 }
@@ -125,8 +130,9 @@ impl<P: ParticleModel> Default for HaloCopy<P> {
 }
 
 impl<P: ParticleModel> HaloCopy<P> {
-    /// Copies the cells around the tile at the centre. `moves`: whether velocities bound the
-    /// candidate pairs; the last argument holds the sizes and their mean radius.
+    /// Fills the halo copy with the cells of the central tile and around it. `moves` is true if
+    /// candidate pairs are bounded by velocities; the last argument holds the sizes and their mean
+    /// radius.
     #[inline(always)]
     pub(super) fn fill<F: DisplacementTracking<P::Space>>(
         &mut self,
@@ -195,7 +201,8 @@ impl<P: ParticleModel> HaloCopy<P> {
         self.slab_of = None;
     }
 
-    /// Copies a line of cells along the first axis.
+    /// Copies one line of cells along the first axis into the halo copy; `y` and `z` are its row
+    /// and layer in the copy.
     #[inline(always)]
     fn fill_line<F: DisplacementTracking<P::Space>>(
         &mut self,
@@ -274,9 +281,9 @@ impl<P: ParticleModel> HaloCopy<P> {
         }
     }
 
-    /// Copies a line of cells beyond an edge along which boxes slide. Its columns are displaced
-    /// from the columns of the tiles by part of a cell, so each particle is sorted into a column
-    /// anew. `row` and `layer`: coordinate inside the box, and number of boxes to the image.
+    /// Copies one line of cells beyond an edge along which boxes slide in a shear flow. Its columns
+    /// are displaced from those of the tiles by part of a cell, so each simulator is sorted anew.
+    /// `row` and `layer` are coordinates inside the box, with the number of boxes to the image.
     fn fill_sliding_line<F: DisplacementTracking<P::Space>>(
         &mut self,
         around: &TileNeighbourhood<'_, '_, P, F>,
@@ -297,7 +304,7 @@ impl<P: ParticleModel> HaloCopy<P> {
             let cell = self.starts.len() as u32 - 1;
             // Two columns overlap with this one; a coordinate at an edge may be rounded to either
             // side.
-            let middle = floor(seen as f64 - shift * self.scale[0]);
+            let middle = fast_floor(seen as f64 - shift * self.scale[0]);
             for column in middle - 1..=middle + 2 {
                 let boxes = column.div_euclid(columns);
                 let there = [(column - boxes * columns) as u32, row.0, layer.0];
@@ -309,7 +316,7 @@ impl<P: ParticleModel> HaloCopy<P> {
                 for index in source.starts[local]..source.starts[local + 1] {
                     let member = &source.simulators[index as usize];
                     let position = member.position + shift;
-                    if floor(position[0] * self.scale[0]) != seen {
+                    if fast_floor(position[0] * self.scale[0]) != seen {
                         continue;
                     }
                     for axis in 0..P::Space::DIMENSION {
@@ -324,7 +331,7 @@ impl<P: ParticleModel> HaloCopy<P> {
         }
     }
 
-    /// Joins all images of each simulator in a ring.
+    /// Links all periodic images of each simulator in the halo copy in a ring.
     fn link_images<F: DisplacementTracking<P::Space>>(
         &mut self,
         around: &TileNeighbourhood<'_, '_, P, F>,
@@ -350,26 +357,27 @@ impl<P: ParticleModel> HaloCopy<P> {
         }
     }
 
-    /// Adds empty cells: outside the box, or not held by this process.
+    /// Adds empty cells to the halo copy: cells outside the box, or not held by this process.
     fn leave_out(&mut self, begin: u32, cells: usize) {
         let all = self.starts.len() + cells;
         self.starts.resize(all, begin);
         self.homes.resize(all, At { tile: 0, index: 0 });
     }
 
-    /// Index in the copy of the cell of a point, which may be outside the box.
+    /// Returns the index in the halo copy of the cell that contains a point, which may be outside
+    /// the box.
     #[inline(always)]
     pub(super) fn cell_of(&self, point: VectorOf<P>) -> usize {
         let mut cell = 0;
         for axis in (0..P::Space::DIMENSION).rev() {
-            let at = floor(point[axis] * self.scale[axis]) - self.first[axis];
+            let at = fast_floor(point[axis] * self.scale[axis]) - self.first[axis];
             cell = cell * self.sides[axis] + at as usize;
         }
         cell
     }
 
-    /// Smallest block of cells, at most `cells` on each side of the aim, that contains all partners
-    /// within a radius of their target points.
+    /// Returns the smallest block of cells of the halo copy that contains all partners within
+    /// `radius` of their target points, at most `cells` on each side of the aim.
     #[inline(always)]
     pub(super) fn block_within(&self, aim: Aim<VectorOf<P>>, radius: f64, cells: usize) -> Block {
         // Slightly more, so that rounding of a coordinate at the edge of a cell has no effect.
@@ -379,7 +387,7 @@ impl<P: ParticleModel> HaloCopy<P> {
             let ends = self
                 .spread
                 .map(|excess| aim.point[axis] + aim.along[axis] * excess);
-            let at = |x: f64| floor(x * self.scale[axis]) - self.first[axis];
+            let at = |x: f64| fast_floor(x * self.scale[axis]) - self.first[axis];
             // Between walls the radius may be far wider than the box.
             let (middle, cells) = (at(aim.point[axis]), cells as i64);
             let low = at(smaller(ends[0], ends[1]) - radius).max(middle - cells);
@@ -390,44 +398,48 @@ impl<P: ParticleModel> HaloCopy<P> {
         Block { first, sides }
     }
 
-    /// Offset in cells along each axis from a cell of the tile to a point.
+    /// Returns the offset from a cell of the tile to the cell that contains a point, in cells along
+    /// each axis.
     #[inline(always)]
     pub(super) fn steps_to(&self, cell: [u32; 3], point: VectorOf<P>) -> [i64; 3] {
         [0, 1, 2].map(|axis| {
             if axis < P::Space::DIMENSION {
-                floor(point[axis] * self.scale[axis]) - i64::from(cell[axis])
+                fast_floor(point[axis] * self.scale[axis]) - i64::from(cell[axis])
             } else {
                 0
             }
         })
     }
 
-    /// Index in the copy of a cell of the tile, given its coordinates in the tile.
+    /// Returns the index in the halo copy of a cell of the central tile, given its column, row and
+    /// layer in the tile.
     #[inline(always)]
     pub(super) fn own_cell(&self, at: [usize; 3]) -> usize {
         let [x, y, z] = [0, 1, 2].map(|axis| at[axis] + self.margin[axis]);
         x + self.sides[0] * (y + self.sides[1] * z)
     }
 
-    /// Cell of a particle.
+    /// Returns the index in the halo copy of the cell that contains a simulator.
     pub(super) fn cell_of_member(&self, index: usize) -> usize {
         self.cells[index] as usize
     }
 
-    /// Cell at an offset of -1, 0 or 1 along each axis.
+    /// Returns the index of the cell of the halo copy at an offset of -1, 0 or 1 along each axis
+    /// from another.
     pub(super) fn step_from(&self, cell: usize, step: [i32; 3]) -> usize {
         let strides = self.strides();
         let by = |axis: usize| strides[axis] as isize * step[axis] as isize;
         cell.wrapping_add_signed(by(0) + by(1) + by(2))
     }
 
-    /// Index range of the particles in a line of cells along the first axis.
+    /// Returns the index range of the simulators in `length` adjacent cells of the halo copy, from
+    /// `cell` on along the first axis.
     #[inline(always)]
     pub(super) fn members(&self, cell: usize, length: usize) -> std::ops::Range<usize> {
         self.starts[cell] as usize..self.starts[cell + length] as usize
     }
 
-    /// Largest number of particles in any cell within `cells` of a cell.
+    /// Returns the largest number of simulators in any single cell within `cells` cells of a cell.
     #[inline(always)]
     pub(super) fn crowd(&self, cell: usize, cells: usize) -> u32 {
         let deep = cells * usize::from(P::Space::DIMENSION > 2);
@@ -444,13 +456,13 @@ impl<P: ParticleModel> HaloCopy<P> {
         most
     }
 
-    /// Position of a particle, as seen from the tile \[length\].
+    /// Returns the position of a simulator in the halo copy, as seen from the tile \[length\].
     #[inline(always)]
     pub(super) fn position(&self, index: usize) -> VectorOf<P> {
         P::Space::from_components(|axis| self.positions[axis][index])
     }
 
-    /// Tile and index in it of a particle of the halo copy.
+    /// Returns the tile and the index in it of a simulator in the halo copy.
     #[inline(always)]
     pub(super) fn home(&self, index: usize) -> At {
         let home = self.homes[self.cells[index] as usize];
@@ -464,26 +476,28 @@ impl<P: ParticleModel> HaloCopy<P> {
         }
     }
 
-    /// Key into the table of radii and masses.
+    /// Returns the tag by which radius and mass of a simulator in the halo copy are found.
     #[inline(always)]
     pub(super) fn tag(&self, index: usize) -> <P::Sizes as Sizes>::Tag {
         self.tags[index]
     }
 
-    /// Radius minus mean radius \[length\]; `None` where it does not shift the target point.
+    /// Returns the radius minus the mean radius of a simulator in the halo copy \[length\]; `None`
+    /// where it does not shift the target point.
     #[inline(always)]
     pub(super) fn excess(&self, index: usize) -> Option<f64> {
         self.excess.get(index).copied()
     }
 
-    /// Returns true if partners of all sizes are sought at the same point.
+    /// Returns true if partners of all sizes are sought at the same target point.
     #[inline(always)]
     pub(super) fn is_plain(&self) -> bool {
         P::Sizes::UNIFORM || self.excess.is_empty()
     }
 
-    /// Particles of three adjacent cells in two dimensions, in the line before `cell` (0), its own
-    /// (1) or the next (2). Returns their first index and their positions.
+    /// Returns the simulators of three adjacent cells in two dimensions: index of the first, and
+    /// positions. `line` is 0 for the line of cells below `cell`, 1 for its own, 2 for the one
+    /// above.
     #[inline(always)]
     pub(super) fn run(&self, cell: usize, line: usize) -> (usize, CellRow<'_>) {
         let columns = self.sides[0];
@@ -496,8 +510,8 @@ impl<P: ParticleModel> HaloCopy<P> {
         (members.start, CellRow { positions, count })
     }
 
-    /// Squared distances of [`LANES`] consecutive particles from their target points \[length^2\];
-    /// large from index `end` on.
+    /// Returns the squared distances of [`LANES`] consecutive simulators from their target points
+    /// \[length^2\]; a large number from index `end` on.
     #[inline(always)]
     pub(super) fn squares(&self, aim: Aim<VectorOf<P>>, begin: usize, end: usize) -> [f64; LANES] {
         let mut squares = [0.0; LANES];
@@ -523,26 +537,27 @@ impl<P: ParticleModel> HaloCopy<P> {
         squares
     }
 
-    /// Masks a particle for a search. Returns the coordinate that [`Self::show`] restores.
+    /// Masks a simulator, so that a partner search does not find it. Returns the coordinate that
+    /// [`Self::show`] restores.
     #[inline(always)]
     pub(super) fn hide(&mut self, index: usize) -> f64 {
         std::mem::replace(&mut self.positions[0][index], NOWHERE)
     }
 
-    /// Restores a particle masked by [`Self::hide`].
+    /// Restores a simulator masked by [`Self::hide`], so that partner searches find it again.
     #[inline(always)]
     pub(super) fn show(&mut self, index: usize, hidden: f64) {
         self.positions[0][index] = hidden;
     }
 
-    /// Returns true if a search may see one particle twice.
+    /// Returns true if the box is so narrow that a partner search may see one simulator twice.
     #[inline(always)]
     pub(super) fn is_narrow(&self) -> bool {
         self.is_narrow
     }
 
-    /// Sets a particle's velocity in the halo copy, in all its periodic images, and widens the
-    /// velocity bounds.
+    /// Sets a simulator's velocity in the halo copy, in all its periodic images, and widens the
+    /// velocity bounds if `moves`.
     #[inline(always)]
     pub(super) fn set(&mut self, index: usize, velocity: VectorOf<P>, moves: bool) {
         self.set_at(self.cells[index], index, velocity, moves);
@@ -604,15 +619,16 @@ impl<P: ParticleModel> HaloCopy<P> {
             + size_of::<VelocityBox<P::Space>>() * extents
     }
 
-    /// Strides of the cell index along the three axes.
+    /// Returns the differences of the cell index in the halo copy for one step along each axis.
     #[inline(always)]
     pub(super) fn strides(&self) -> [usize; 3] {
         [1, self.sides[0], self.sides[0] * self.sides[1]]
     }
 }
 
-/// Floor of a small number `x`; for a whole number, possibly one less.
+/// Returns the floor of a small number `x` quickly, by a rounding constant; for a whole number,
+/// possibly one less.
 #[inline(always)]
-fn floor(x: f64) -> i64 {
+fn fast_floor(x: f64) -> i64 {
     i64::from(((x - 0.5) + ROUNDER).to_bits() as i32)
 }

@@ -2,16 +2,18 @@
 
 use crate::extrema::{larger, smaller};
 
-/// Number of particles tested at once; position lists are padded by as many.
+/// Number of particles tested at once by SIMD; lists of positions are padded by as many.
 pub(super) const LANES: usize = 8;
 
-/// Number of cell lines tested at once.
+/// Number of lines of cells tested at once in a search around a point.
 pub(super) const LINES: usize = 3;
 
-/// Mask of the bits that hold a number below [`LINES`] times [`LANES`].
+/// Bit mask of the low bits of a squared distance that hold the particle's number, below [`LINES`]
+/// times [`LANES`].
 const NUMBERS: u64 = 31;
 
-/// Padding: slice `[LANES - n..]` masks all but the first n lanes with an infinite distance.
+/// Padding of SIMD lanes with infinite squared distances: the slice `[LANES - n..]` masks all but
+/// the first n lanes.
 pub(super) const BEYOND: [f64; 2 * LANES] = {
     let mut beyond = [0.0; 2 * LANES];
     let mut lane = LANES;
@@ -22,7 +24,7 @@ pub(super) const BEYOND: [f64; 2 * LANES] = {
     beyond
 };
 
-/// Particles of a line of cells in two dimensions: coordinates, and their number.
+/// Particles in adjacent cells of a line, in two dimensions: their coordinates and number.
 #[derive(Clone, Copy)]
 pub(super) struct CellRow<'a> {
     pub(super) positions: [&'a [f64; LANES]; 2],
@@ -30,7 +32,8 @@ pub(super) struct CellRow<'a> {
 }
 
 impl CellRow<'_> {
-    /// Lower bounds of the squared distances: infinite for lanes beyond the count.
+    /// Returns lower bounds of the squared distances in each SIMD lane: zero, but infinite for
+    /// lanes beyond the number of particles.
     #[inline(always)]
     fn least(&self) -> &[f64] {
         let first = LANES - self.count.min(LANES);
@@ -38,20 +41,22 @@ impl CellRow<'_> {
     }
 }
 
-/// Result of a search around a point.
+/// Result of a search around a point: particles within the radius, and the nearest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SearchResult {
-    /// Bit mask of the particles within the radius, lane by lane and line by line.
+    /// Bit mask of the particles within the search radius, one bit for each SIMD lane of each line
+    /// of cells.
     pub(super) near: u32,
-    /// Number of the nearest particle, in the order of the bit mask.
+    /// Number of the particle nearest to the point, in the order of the bit mask.
     pub(super) nearest: usize,
-    /// Squared distance of the nearest particle \[length^2\]; its last bits hold its number.
+    /// Squared distance of the nearest particle from the point \[length^2\]; its last bits hold the
+    /// particle's number.
     pub(super) square: f64,
 }
 
 impl SearchResult {
-    /// Creates a result from the mask and the least square, whose last bits hold the particle's
-    /// number.
+    /// Creates a search result from the bit mask of near particles and the least squared distance,
+    /// whose last bits hold the particle's number.
     #[inline(always)]
     fn new(near: u32, best: f64) -> Self {
         Self {
@@ -62,10 +67,11 @@ impl SearchResult {
     }
 }
 
-/// SIMD width of the search; all implementations give identical bits.
+/// Interface of the search within a radius for a SIMD width of the processor; all implementations
+/// give identical bits.
 pub(super) trait SimdBackend: Copy {
-    /// Finds the particles of three lines within `sqrt(limit)` of a point, and the nearest, except
-    /// number `but`.
+    /// Finds, among particles in three lines of cells, those within `sqrt(limit)` of a point and
+    /// the nearest one, without the particle numbered `but`.
     fn look(
         self,
         runs: &[CellRow<'_>; LINES],
@@ -74,11 +80,11 @@ pub(super) trait SimdBackend: Copy {
         but: usize,
     ) -> SearchResult;
 
-    /// Index of the set bit that follows `skip` other set bits.
+    /// Returns the index of the set bit in `bits` that follows `skip` other set bits.
     fn bit_after(self, bits: u32, skip: u32) -> u32;
 }
 
-/// Portable implementation without explicit SIMD; same bits as [`Avx2`].
+/// Portable implementation of the radius search without explicit SIMD; same bits as [`Avx2`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plain;
 
@@ -116,14 +122,15 @@ impl SimdBackend for Plain {
     }
 }
 
-/// AVX2 implementation, four lanes at once. A value exists only if the processor supports it.
+/// AVX2 implementation of the radius search, four lanes at once. A value exists only if the
+/// processor supports AVX2.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Avx2(());
 
 #[cfg(target_arch = "x86_64")]
 impl Avx2 {
-    /// Detects AVX2 support; `None` without it.
+    /// Returns the AVX2 implementation if the processor supports it; `None` otherwise.
     pub(super) fn detect() -> Option<Self> {
         use std::arch::is_x86_feature_detected as has;
 
@@ -177,7 +184,7 @@ fn bit_with_bmi2(bits: u32, skip: u32) -> u32 {
     _pdep_u32(1 << (skip & 31), bits).trailing_zeros()
 }
 
-/// AVX2 steps of a search, small enough for the compiler to inline.
+/// Steps of the radius search with AVX2 instructions, small enough for the compiler to inline.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use std::arch::x86_64::{
@@ -199,9 +206,9 @@ mod avx2 {
         _mm256_setr_pd(some[0], some[1], some[2], some[3])
     }
 
-    /// Searches one half of a line, its first or second `part`. Returns a bit mask of the near
-    /// particles and updates the least square of each lane. `first`: number of the first particle;
-    /// `but`: lane to ignore.
+    /// Tests half of a line's particles, `part` 0 or 1, for the distance from a point. Returns a
+    /// bit mask of the near ones and updates the least square of each lane. `first` is the number
+    /// of the first particle; `but` is the lane to ignore.
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     #[inline]
     pub(super) fn look(

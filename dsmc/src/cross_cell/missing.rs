@@ -36,92 +36,100 @@ use stosszahl_model::Space;
 
 use crate::density::{Density, DensityInput, DensityKernel};
 
-/// Number of intervals of the table in packing fraction, evenly spaced in its root.
+/// Number of intervals of packing fraction in the table of the correlation hole, evenly spaced in
+/// its square root.
 const PACKINGS: usize = 24;
-/// Largest packing fraction of the table.
+/// Largest packing fraction in the table of the correlation hole.
 const LARGEST: f64 = 0.7;
 
-/// Largest wave number of the integrals, times the longer of d and s.
+/// Largest wave number of the integrals over k, times the longer of contact distance d and search
+/// radius s.
 const LOBES: f64 = 30.0;
-/// Wave numbers for each lobe of the widest length.
+/// Number of wave numbers in an interval of π over the widest length, the resolution of the
+/// integrals over k.
 const EACH: f64 = 8.0;
-/// Largest number of wave numbers; beyond it w of a wide neighbourhood is below 1e-4.
+/// Largest number of wave numbers in the integrals over k; beyond it the transform w of a wide
+/// neighbourhood is below 1e-4.
 const MOST: f64 = 8192.0;
 
-/// Number of simulators in a ball whose mean square distance from the centre equals the mean square
-/// distance of the nearest simulator, within 4
-/// %.
+/// Number of simulators in a ball whose points are, in mean square, as far from its centre as the
+/// nearest simulator is, within 4 %.
 const NEAREST: f64 = 2.0;
 
-/// Largest structure factor S, found in a freezing fluid; above it linear response does not hold.
+/// Largest structure factor S at which linear response is used, found in a freezing fluid.
 const HIGHEST: f64 = 5.0;
 
-/// Neighbourhood over which the density is taken: a block of cells around a simulator's cell, or
-/// triangular weights around the point halfway to contact.
+/// Neighbourhood in which the local density is counted: a block of cells around a simulator's cell,
+/// or triangular weights around the point halfway to contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
-    /// Volume of the neighbourhood, weighted \[length^D\].
+    /// Volume of the density neighbourhood, with its weights \[length^D\].
     volume: f64,
-    /// Volume of a cell \[length^D\].
+    /// Volume of a cell of the grid \[length^D\].
     cell: f64,
-    /// Volume of the block of cells, which for triangular weights is convolved with itself
-    /// \[length^D\].
+    /// Volume of the block of cells that is the density neighbourhood, or that is convolved with
+    /// itself for triangular weights \[length^D\].
     block: f64,
     weighing: DensityKernel,
-    /// Contact distance \[length\].
+    /// Contact distance of two particles, their mean diameter \[length\].
     diameter: f64,
     /// Radius around the point of contact within which partners are drawn \[length\].
     radius: f64,
-    /// Number of simulators per particle.
+    /// Number of simulators per particle of the gas.
     copies: f64,
 }
 
-/// Table of the deficit and the relative variance of neighbour numbers, by packing fraction.
+/// Correlation hole as a table over packing fractions: deficit of neighbours, and relative variance
+/// of their number.
 #[derive(Clone, Debug)]
 pub(super) struct CorrelationHole {
     table: Vec<[f64; 2]>,
 }
 
-/// Wave number k with its weight in an integral over k, and transforms at k.
+/// Wave number k of an integral over density correlations: its weight, and Fourier transforms of
+/// the neighbourhood at k.
 struct Wave {
     k: f64,
     weight: f64,
-    /// Transform w(k) of the neighbourhood as it is counted.
+    /// Fourier transform w(k) of the neighbourhood in which density is counted.
     window: f64,
-    /// Squared transform of the neighbourhood alone.
+    /// Squared Fourier transform of the neighbourhood at k, without the spread of the simulator in
+    /// its cell.
     square: f64,
-    /// Transform of the simulator's position relative to the centre of its neighbourhood.
+    /// Fourier transform of the distribution of the simulator's position around the centre of its
+    /// neighbourhood.
     place: f64,
 }
 
 impl CorrelationHole {
     pub(super) fn new<S: Space>(window: &Window) -> Self {
         let waves = window.waves::<S>();
-        let table = (0..=PACKINGS).map(|entry| window.lacks::<S>(packing(entry), &waves));
+        let table = (0..=PACKINGS).map(|entry| window.lacks::<S>(packing_of_entry(entry), &waves));
         Self {
             table: table.collect(),
         }
     }
 
-    /// Deficit H of neighbours, and variance of their number over its mean, at a packing fraction.
+    /// Returns the deficit H of neighbours and the variance of their number over its mean,
+    /// interpolated at a packing fraction.
     #[inline]
     pub(super) fn at(&self, packing: f64) -> [f64; 2] {
         let place = (packing / LARGEST).clamp(0.0, 1.0).sqrt() * PACKINGS as f64;
         let entry = (place as usize).min(PACKINGS - 1);
-        let ends = [entry, entry + 1].map(self::packing);
+        let ends = [entry, entry + 1].map(self::packing_of_entry);
         let part = (packing.clamp(0.0, LARGEST) - ends[0]) / (ends[1] - ends[0]);
         let [low, high] = [self.table[entry], self.table[entry + 1]];
         [0, 1].map(|which| low[which] + part * (high[which] - low[which]))
     }
 }
 
-/// Packing fraction of a table entry.
-fn packing(entry: usize) -> f64 {
+/// Returns the packing fraction of an entry in the table of the correlation hole.
+fn packing_of_entry(entry: usize) -> f64 {
     LARGEST * (entry as f64 / PACKINGS as f64).powi(2)
 }
 
-/// Radius of a ball of this volume \[length\].
-fn radius<S: Space>(volume: f64) -> f64 {
+/// Returns the radius of a disk or ball with the given area or volume \[length\].
+fn ball_radius<S: Space>(volume: f64) -> f64 {
     (volume / S::particle_volume(1.0)).powf(1.0 / S::DIMENSION as f64)
 }
 
@@ -143,18 +151,20 @@ impl Window {
         }
     }
 
-    /// Evenly spaced wave numbers over which the correlations of density are integrated, with the
-    /// transforms of the neighbourhood.
+    /// Returns evenly spaced wave numbers for the integrals over density correlations, with the
+    /// Fourier transforms of the neighbourhood.
     fn waves<S: Space>(&self) -> Vec<Wave> {
-        let [block, cell] = [self.block, self.cell].map(radius::<S>);
+        let [block, cell] = [self.block, self.cell].map(ball_radius::<S>);
         let longest = self.diameter.max(self.radius);
         let step = PI / (EACH * longest.max(2.0 * block));
         let count = (LOBES / longest / step).ceil().min(MOST) as usize;
         let wave = |number: usize| {
             let k = (number as f64 + 0.5) * step;
-            let around = ball::<S>(k * block);
+            let around = ball_transform::<S>(k * block);
             let (window, square, place) = match self.weighing {
-                DensityKernel::Flat => (around * ball::<S>(k * cell), around * around, 1.0),
+                DensityKernel::Flat => {
+                    (around * ball_transform::<S>(k * cell), around * around, 1.0)
+                }
                 DensityKernel::Triangle => {
                     let [window, square] = self.triangle(k);
                     (window, square, libm::j0(0.5 * k * self.diameter))
@@ -172,8 +182,8 @@ impl Window {
         (0..count).map(wave).collect()
     }
 
-    /// Transform w(k) of triangular weights and its square, in two dimensions, averaged over
-    /// directions.
+    /// Computes the Fourier transform w(k) of triangular density weights and its square, in two
+    /// dimensions, averaged over directions.
     ///
     /// The centre is anywhere in its cell. Triangular weights, blurred by a cell, are a block of n
     /// cells on a side convolved with itself.
@@ -202,7 +212,8 @@ impl Window {
         means.map(|sum| sum / ANGLES as f64)
     }
 
-    /// Computes [`CorrelationHole::at`] for one packing fraction.
+    /// Computes the deficit H of neighbours and the relative variance of their number at one
+    /// packing fraction, by integrals over `waves`.
     fn lacks<S: Space>(&self, packing: f64, waves: &[Wave]) -> [f64; 2] {
         if packing == 0.0 {
             return [0.0, 1.0];
@@ -213,11 +224,11 @@ impl Window {
         let zero = S::structure_factor_at_zero(packing);
         let slope = (1.0 / zero - 1.0) / excess - 1.0;
         let simulators = self.copies * packing / S::particle_volume(0.5 * self.diameter);
-        let spread = self.radius.max(radius::<S>(NEAREST / simulators));
+        let spread = self.radius.max(ball_radius::<S>(NEAREST / simulators));
         let [mut missing, mut variance, mut all] = [0.0; 3];
         for wave in waves {
             let [arm, half, spread] = [self.diameter, 0.5 * self.diameter, spread]
-                .map(|length| ball::<S>(wave.k * length));
+                .map(|length| ball_transform::<S>(wave.k * length));
             let carried = match self.weighing {
                 DensityKernel::Flat => (1.0 + slope * wave.window) * arm * spread,
                 DensityKernel::Triangle => {
@@ -238,8 +249,9 @@ impl Window {
     }
 }
 
-/// Transform of a ball over its volume, at wave number times radius.
-fn ball<S: Space>(x: f64) -> f64 {
+/// Returns the Fourier transform of a disk or ball over its volume, at `x`, the wave number times
+/// the radius.
+fn ball_transform<S: Space>(x: f64) -> f64 {
     if x < 1e-2 {
         // The next term is below 1e-9.
         1.0 - x * x / (2.0 * (S::DIMENSION as f64 + 2.0))
@@ -296,7 +308,7 @@ mod tests {
             let block: f64 = k.map(|k| sinc(0.5 * k * side)).iter().product();
             let blur: f64 = k.map(|k| sinc(0.5 * k * cell)).iter().product();
             let [arm, halfway, spread] =
-                [1.0, 0.5, of.spread].map(|length| ball::<Plane>(size * length));
+                [1.0, 0.5, of.spread].map(|length| ball_transform::<Plane>(size * length));
             let slope = 1.0 / zero - 1.0 - near;
             let (counts, place, pushed) = match of.weighing {
                 DensityKernel::Flat => (block, 1.0, slope * block * blur * arm * spread),

@@ -1,4 +1,5 @@
-//! Collisions between partners in different cells.
+//! Collisions between partners in different cells, for the contact-point, contact-cell and overlap
+//! schemes of Monte Carlo.
 //!
 //! Three schemes draw a partner by its position, not by its cell ([`crate::Scheme`] has their laws
 //! and limits). The line of centres is drawn first, then the partner from the place where it must

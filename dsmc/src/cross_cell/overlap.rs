@@ -1,4 +1,5 @@
-//! Stochastic hard disks: collisions of overlapping pairs along their line of centres.
+//! Scheme of stochastic hard disks: overlapping pairs collide along their line of centres at a rate
+//! proportional to their approach speed.
 
 use std::ops::Range;
 
@@ -16,8 +17,8 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Collides approaching pairs that overlap, in a cell and half of its neighbours. The rate of a
-    /// pair at distance less than its contact distance d is `stiffness` w D chi `g_n`/d, for
+    /// Collides overlapping pairs that approach each other, in a cell and half of its neighbours.
+    /// The rate of a pair closer than its contact distance d is `stiffness` w D chi `g_n`/d, for
     /// simulators of weight w and normal approach speed `g_n`.
     #[inline(always)]
     pub(super) fn overlapping(
@@ -72,8 +73,8 @@ where
         }
     }
 
-    /// Collides a pair with the chance of an event in this step. `rate`: expected events per unit
-    /// of speed and inverse contact distance.
+    /// Tests if an overlapping pair collides in this time step, and executes the collision. `rate`
+    /// is the expected number of events per unit of approach speed and inverse contact distance.
     #[inline(always)]
     fn try_overlap(&mut self, pair: [usize; 2], rate: f64, stream: &mut impl Rng) {
         let kernel = self.kernel;
@@ -108,9 +109,9 @@ where
     }
 }
 
-/// Offsets of the lines of cells that hold half of a cell's neighbours, so that each pair of cells
-/// is found once: row and layer, with first and last column. The first line starts with the cell
-/// itself.
+/// Returns the offsets of the lines of cells that hold half of a cell's neighbours, so that each
+/// pair of cells is found once: row and layer, with first and last column. The first line starts
+/// with the cell itself.
 fn forward_lines(dimension: usize) -> impl Iterator<Item = ([i32; 3], [i32; 2])> {
     let layers = if dimension == 3 { 0..=1 } else { 0..=0 };
     let lines = layers.flat_map(|z| (-1..=1).map(move |y| [0, y, z]));

@@ -1,4 +1,5 @@
-//! Search for a collision partner around a point.
+//! Search for a collision partner around a point in a halo copy: random draws where cells are full,
+//! SIMD distance tests, else the nearest particle.
 
 use std::ops::Range;
 
@@ -12,51 +13,54 @@ use super::search_target::{Aim, Block};
 use crate::extrema::smaller;
 use crate::grid::Grid;
 
-/// Number of random draws before all candidates are tested, and number of candidates up to which
+/// Number of random draws of a partner before all candidates are tested; up to as many candidates,
 /// none is drawn.
 const DRAWS: u32 = 12;
 
-/// Largest number of lines of cells that are searched together.
+/// Largest number of lines of cells whose particles are tested together.
 const RUNS: usize = 32;
 
-/// Number of gathered candidates up to which all are tested without drawing.
+/// Number of gathered candidates up to which the distances of all are tested, without random draws.
 const FEW: u64 = 128;
 
-/// Squared distance assigned to masked particles and empty lanes \[length^2\].
+/// Squared distance that stands for infinity, of masked particles and empty SIMD lanes
+/// \[length^2\].
 const ANYWHERE: f64 = 1e290;
 
-/// Smallest mean number of candidates for which some are drawn before all are tested.
+/// Least mean number of candidates in the search block for which some are drawn at random before
+/// all are tested.
 const MANY: f64 = 24.0;
-/// Smallest fraction of the block's volume within the radius for such draws; it is less for unequal
-/// sizes and in three dimensions.
+/// Least fraction of the search block's area within the radius for which candidates are drawn at
+/// random first; it is smaller for unequal sizes and in three dimensions.
 const LEAST_SHARE: f64 = 0.3;
 
-/// Largest number of draws before all candidates are tested.
+/// Largest number of random draws from a search block before all candidates are tested.
 const DRAWN_FIRST: usize = 5;
-/// Largest number of cell lines from which such draws are made.
+/// Largest number of lines of cells in a search block from which candidates are drawn at random.
 const DRAWN_LINES: usize = 8;
 
-/// Partner search in a halo copy.
+/// Search for collision partners in a halo copy, around the contact point of a simulator.
 pub(super) struct Search<'a, P: ParticleModel, L> {
     grid: &'a Grid<P::Space>,
     lanes: L,
     radius: f64,
-    /// True if candidates are numerous enough that some are drawn first.
+    /// True if cells hold so many candidates that some are drawn at random before all are tested.
     pub(super) draws: bool,
-    /// Number of cells on each side that contains the radius; at least one.
+    /// Number of cells on each side of the contact point that contain the search radius; at least
+    /// one.
     near: i64,
-    /// Additional cells on each side for unequal sizes.
+    /// Number of further cells on each side that unequal sizes require in the search.
     shift: i64,
-    /// Narrowest side of a cell \[length\].
+    /// Least side of a cell of the grid \[length\].
     narrowest: f64,
     runs: Vec<Range<usize>>,
-    /// Squared distances of the particles tested together \[length^2\].
+    /// Squared distances from their target points of the particles tested together \[length^2\].
     squares: [[f64; LANES]; RUNS],
 }
 
 impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
-    /// Prepares a search. `radius`: partners within it are equally likely; `in_cell`: mean number
-    /// of particles in a cell.
+    /// Prepares a search for partners. Those within `radius` of the contact point are equally
+    /// likely \[length\]; `in_cell` is the mean number of simulators in a cell.
     pub(super) fn new(
         grid: &'a Grid<P::Space>,
         lanes: L,
@@ -82,9 +86,9 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         }
     }
 
-    /// Draws a partner for the particle `who` around its contact point, which is in `cell`: any
-    /// within the radius with equal chance, else the nearest in the cells around. `None` if no
-    /// particle is within a few cells. `pick`: random number from 0 to 2^32, used if there are few.
+    /// Draws a partner for the simulator `who` around its contact point in `cell`: any within the
+    /// search radius with equal chance, else the nearest. `None` if no simulator is within a few
+    /// cells. `pick` is a random number from 0 to 2^32.
     #[inline(always)]
     pub(super) fn partner(
         &mut self,
@@ -123,7 +127,8 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         self.partner_around(patch, aim, who, stream)
     }
 
-    /// Draws a few particles from a block of cells and returns the first within the radius.
+    /// Draws simulators at random from a block of cells, and returns the first within the search
+    /// radius of the contact point; `None` if none of a few is.
     #[inline(always)]
     fn drawn(
         &self,
@@ -162,9 +167,9 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         None
     }
 
-    /// Finds a partner in the adjacent cells in two dimensions: any particle within the radius of
-    /// its target point, by `pick`, else the nearest; `None` if
-    /// there is none, or too many to test together.
+    /// Finds a partner in the 3 by 3 cells around a contact point in two dimensions: any within the
+    /// search radius, chosen by the random number `pick`, else the nearest. `None` if there is
+    /// none, or too many to test together.
     #[inline(always)]
     fn closest_of_few(
         &self,
@@ -198,10 +203,10 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         (is_whole & (seen.square < ANYWHERE)).then_some(found)
     }
 
-    /// Finds a partner in the cells up to `cells` away along each axis: any particle within the
-    /// radius of its target point, by `pick`, else the nearest. `None` if there is none, or too
-    /// many rows of cells to search. For unequal sizes, the cells within the radius of the target
-    /// points are tried first, as most cells are outside.
+    /// Finds a partner in the cells up to `cells` away from a contact point: any within the search
+    /// radius, chosen by the random number `pick`, else the nearest. `None` if there is none, or
+    /// too many lines of cells. For unequal sizes, cells within the radius of the target points are
+    /// tried first.
     #[inline(always)]
     fn closest_around(
         &mut self,
@@ -223,8 +228,9 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         self.closest(patch, aim, block, ANYWHERE, pick)
     }
 
-    /// Finds a partner in a block of cells: any particle within the radius of its target point, by
-    /// `pick`, else the nearest whose squared distance is below `farthest`.
+    /// Finds a partner in a block of cells: any within the search radius of its target point,
+    /// chosen by the random number `pick`, else the nearest whose squared distance is below
+    /// `farthest` \[length^2\].
     #[inline(always)]
     fn closest(
         &mut self,
@@ -300,8 +306,8 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         Some(runs[number / LANES] as usize + number % LANES)
     }
 
-    /// Index of the particle within the radius that follows `skip` others. `runs`: first index of
-    /// each run.
+    /// Returns the index of the simulator within the search radius that follows `skip` others.
+    /// `runs` holds the first index of each line of cells tested.
     #[inline(always)]
     fn pick(&self, runs: &[u32], mut skip: u64) -> Option<usize> {
         let limit = self.radius * self.radius;
@@ -357,8 +363,8 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         None
     }
 
-    /// Picks a partner among the gathered particles: any within the radius with equal chance, else
-    /// the nearest.
+    /// Picks a partner among the gathered simulators by testing all: any within the search radius
+    /// with equal chance, else the nearest.
     fn look(
         &self,
         patch: &HaloCopy<P>,
@@ -383,14 +389,16 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         best.1
     }
 
-    /// Particles gathered for the search, without the particle `who` itself.
+    /// Returns the simulators gathered for the search, without the simulator `who` itself and its
+    /// images.
     fn others(&self, patch: &HaloCopy<P>, who: usize) -> impl Iterator<Item = usize> {
         let own = patch.home(who);
         let all = self.runs.iter().cloned().flatten();
         all.filter(move |&index| patch.home(index) != own)
     }
 
-    /// Draws any gathered particle within the radius, all with equal chance.
+    /// Draws a partner among the gathered simulators: any within the search radius of its target
+    /// point, all with equal chance; `None` if there is none.
     fn draw(
         &self,
         patch: &HaloCopy<P>,
@@ -423,7 +431,8 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         found
     }
 
-    /// Gathered particle nearest to its target point, if it is within `reach`.
+    /// Returns the gathered simulator nearest to its target point, if within `reach` of it
+    /// \[length\].
     fn nearest(
         &self,
         patch: &HaloCopy<P>,
@@ -455,7 +464,8 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         images.nearest(position - point).square()
     }
 
-    /// Particle of this number among the particles gathered for the search.
+    /// Returns the index in the halo copy of the gathered simulator with a number, counted over all
+    /// lines of cells.
     fn nth(&self, number: u32) -> usize {
         let mut number = number as usize;
         for run in &self.runs {
@@ -468,8 +478,8 @@ impl<'a, P: ParticleModel, L: SimdBackend> Search<'a, P, L> {
         0
     }
 
-    /// Gathers the lines of cells within `cells` of the aim's point, and more for unequal sizes.
-    /// Returns the number of particles in them.
+    /// Gathers the lines of cells within `cells` cells of the target point, and more for unequal
+    /// sizes. Returns the number of simulators in them.
     fn gather(&mut self, patch: &HaloCopy<P>, aim: Aim<VectorOf<P>>, cells: i64) -> u32 {
         let cells = cells + self.shift;
         let counts = self.grid.counts();

@@ -1,4 +1,5 @@
-//! Interface to other processes that hold tiles of the same gas.
+//! Interface to the other processes that hold tiles of the same gas: exchange of ghost cells and of
+//! velocity changes in the collision phase.
 
 use stosszahl_model::ParticleModel;
 
@@ -8,26 +9,27 @@ use crate::grid::Grid;
 use crate::particle::DisplacementTracking;
 use crate::tile::Tile;
 
-/// Interface to the processes that hold other tiles, for collisions across cells.
+/// Interface to the processes that hold the other tiles of the gas, for collisions between cells.
 pub(crate) trait TilePeers<P: ParticleModel, F: DisplacementTracking<P::Space>>:
     Sync
 {
-    /// Returns whether another process reads a tile as ghost cells or owns it.
+    /// Returns true if another process owns a tile or holds ghost cells of it.
     fn is_seen(&self, tile: usize) -> bool;
 
-    /// Returns true if collisions around a tile change ghost cells of another process.
+    /// Returns true if collisions in a tile and its neighbours can change ghost cells of another
+    /// process.
     fn tells(&self, tile: usize) -> bool;
 
-    /// Exchanges ghost cells between processes before the collisions of a step. Returns the bounds
-    /// of the tiles received.
+    /// Exchanges ghost cells between processes before the collisions of a time step. Returns the
+    /// bounds of the tiles received.
     fn see_around(
         &self,
         tiles: &mut [Tile<P, F>],
         bounds: &[TileBounds],
     ) -> Vec<(usize, TileBounds)>;
 
-    /// Sends the changes in the tiles of a colour and around them. Calls `meanwhile` while messages
-    /// travel, and `then` with the changes received.
+    /// Sends the velocity changes by collisions in the tiles of a colour to other processes. Calls
+    /// `meanwhile` while messages travel, and `then` with the changes received.
     fn tell_changes(
         &self,
         colour: usize,
@@ -36,8 +38,8 @@ pub(crate) trait TilePeers<P: ParticleModel, F: DisplacementTracking<P::Space>>:
         then: &mut dyn FnMut(Vec<ChangeOf<P>>),
     );
 
-    /// Returns the reports of the tiles of all processes, in the order of colours. The first
-    /// process also receives the collision logs if `looks`, for its observers.
+    /// Returns the reports of the tiles of all processes, in the order of colours. The root process
+    /// also receives the logged collisions if an observer `looks`.
     fn all_reports(
         &self,
         grid: &Grid<P::Space>,
@@ -45,6 +47,6 @@ pub(crate) trait TilePeers<P: ParticleModel, F: DisplacementTracking<P::Space>>:
         looks: bool,
     ) -> Vec<(u32, TileReport)>;
 
-    /// Empties the ghost tiles after the collisions of a step.
+    /// Empties the ghost tiles of other processes after the collisions of a time step.
     fn see_no_more(&self, tiles: &mut [Tile<P, F>]);
 }

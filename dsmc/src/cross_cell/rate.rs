@@ -28,61 +28,69 @@ use super::arm;
 use super::missing::{CorrelationHole, Window};
 use crate::density::{Density, DensityInput, DensityKernel, FreeVolumeFactors};
 
-/// Largest number of table entries.
+/// Largest number of entries in the table of collision rates by number of neighbours.
 const LARGEST_TABLE: u32 = 1 << 14;
 
-/// Largest packing fraction at which chi is evaluated; beyond it chi is limited anyway.
+/// Largest packing fraction at which the contact value chi is evaluated; beyond it chi is limited
+/// anyway.
 const DENSEST: f64 = 0.9;
 
-/// Number of intervals of the table by packing fraction, from 0 to 1.
+/// Number of intervals in the table of packing fraction times chi, over packing fractions from 0 to
+/// 1.
 const PACKINGS: usize = 2048;
 
-/// Tabulated rate for a whole number of units in a neighbourhood without boundaries.
+/// Table entry of the local collision rate for a whole number of neighbours in a neighbourhood
+/// without boundaries.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TabulatedRate {
-    /// n chi \[1/length^D\].
+    /// Local collision rate n chi, corrected for noise of the neighbour count \[1/length^D\].
     pub(super) rate: f64,
-    /// Packing fraction of the neighbourhood.
+    /// Packing fraction of the neighbourhood, uncorrected.
     pub(super) packing: f64,
-    /// True if chi is limited at this packing fraction.
+    /// True if the contact value chi is at its limit at this packing fraction.
     pub(super) limited: bool,
-    /// Class of the adaptive contact distance.
+    /// Class of packing fraction for the adaptive contact distance.
     pub(super) class: u8,
 }
 
-/// Table of n chi by the units in a neighbourhood, corrected for the noise of their number.
+/// Local collision rate n chi as a function of the neighbour count, corrected for the noise of that
+/// count.
 pub(crate) struct Rates<S: Space> {
     limit: f64,
-    /// Packing fraction of one unit in the neighbourhood.
+    /// Packing fraction that one unit, the area or volume of a largest particle, contributes to the
+    /// neighbourhood.
     unit: f64,
-    /// Contribution of a simulator to its own neighbourhood \[units\]; zero if the density leaves
-    /// the simulator out.
+    /// Contribution of a simulator to the count in its own neighbourhood \[units of the largest
+    /// particle\]; zero if the density leaves the simulator out.
     own: f64,
     /// Mean of the cell weights w in a density window, weighted by w: sum of w^2 over sum of w.
     mean_weight: f64,
     /// Mean area or volume of a particle \[length^D\].
     ball: f64,
-    /// Moments of unequal sizes; `None` for equal ones.
+    /// Moments of the size distribution that enter the noise correction; `None` for equal sizes.
     spread: Option<Spread>,
     missing: CorrelationHole,
     table: Vec<TabulatedRate>,
-    /// Values of [`Self::covered_chi_there`] at equally spaced packing fractions; empty where
-    /// `table` suffices.
+    /// Packing fraction times chi, and its second derivative, at equally spaced packing fractions;
+    /// empty where `table` suffices.
     by_packing: Vec<[f64; 2]>,
     space: std::marker::PhantomData<S>,
 }
 
-/// Moments of unequal sizes that enter the noise correction, in units of the largest size.
+/// Moments of an unequal size distribution that enter the noise correction, in units of the largest
+/// size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spread {
-    /// Unit of the variance, `<a^2>/<a>`.
+    /// Unit of the variance of the covered area or volume a, `<a^2>/<a>`.
     variance: f64,
-    /// Coefficients of the powers of the radius, from the zeroth on, of `<a^2> w/<a w>`.
+    /// Coefficients of the powers of the radius, from the zeroth on, in `<a^2> w/<a w>`: how much a
+    /// simulator thins its surroundings.
     thinning: [f64; 4],
 }
 
 impl Spread {
-    /// Computes the moments. `powers`: means of the powers D to 2 D of radius over largest radius.
+    /// Computes the moments of a size distribution for the noise correction. `powers` are the means
+    /// of the powers D to 2 D of radius over largest radius.
     pub(crate) fn new(dimension: usize, powers: [f64; 4]) -> Self {
         let binomials = [[1.0, 2.0, 1.0, 0.0], [1.0, 3.0, 3.0, 1.0]][dimension - 2];
         let all = 0..=dimension;
@@ -109,9 +117,9 @@ impl Spread {
 }
 
 impl<S: Space> Rates<S> {
-    /// Tabulates the rates. `ball`: mean area or volume of a particle; `spread`: `None` for equal
-    /// sizes, whose number is whole; `radius`: distance from the point of contact within which
-    /// partners are drawn.
+    /// Tabulates local collision rates. `ball` is the mean area or volume of a particle, `spread`
+    /// is `None` for equal sizes, `radius` is the distance from the contact point within which
+    /// partners are drawn \[length\].
     pub(crate) fn new(
         density: &Density<S>,
         gas: &DensityInput,
@@ -159,12 +167,13 @@ impl<S: Space> Rates<S> {
         rates
     }
 
-    /// Packing fraction times chi, with its limit.
+    /// Returns the packing fraction times the contact value chi, with the limit of chi.
     fn covered_chi(&self, packing: f64) -> f64 {
         packing * S::contact_value(packing.min(DENSEST)).min(self.limit)
     }
 
-    /// Packing fraction times chi, and its second derivative.
+    /// Computes the packing fraction times the contact value chi, and its second derivative by the
+    /// packing fraction.
     pub(super) fn covered_chi_there(&self, packing: f64) -> [f64; 2] {
         let here = self.covered_chi(packing);
         let near = 0.02_f64.min(0.5 * packing);
@@ -176,7 +185,8 @@ impl<S: Space> Rates<S> {
         }
     }
 
-    /// Packing fraction times chi, and its second derivative, interpolated where the table reaches.
+    /// Returns the packing fraction times the contact value chi, and its second derivative,
+    /// interpolated within the table and computed beyond.
     #[inline]
     pub(super) fn covered_chi_near(&self, packing: f64) -> [f64; 2] {
         let place = packing * PACKINGS as f64;
@@ -190,8 +200,9 @@ impl<S: Space> Rates<S> {
         }
     }
 
-    /// Corrected rate n chi of a simulator of `own` units that thins its surroundings by `thinned`
-    /// units times H.
+    /// Computes the corrected rate n chi of a simulator \[1/length^D\]. `own` is its contribution
+    /// to its neighbourhood, `thinned` the factor of the deficit H, both in units of the largest
+    /// particle.
     fn compute(&self, units: f64, crowding: FreeVolumeFactors, [own, thinned]: [f64; 2]) -> f64 {
         let unit = self.unit * crowding.bodies;
         let raw = units * unit;
@@ -205,15 +216,17 @@ impl<S: Space> Rates<S> {
         crowding.centres * covered_chi / self.ball
     }
 
-    /// Table entry for a number of units; `None` unless sizes are equal and no boundary is near.
+    /// Returns the table entry for a number of neighbours; `None` unless sizes are equal and no
+    /// boundary is near.
     #[inline(always)]
     pub(super) fn known(&self, units: f64, crowding: FreeVolumeFactors) -> Option<&TabulatedRate> {
         let known = self.table.get(units as u32 as usize)?;
         (f64::from(units as u32) == units && crowding == FreeVolumeFactors::NONE).then_some(known)
     }
 
-    /// Local rate n chi for `units` in the neighbourhood of a simulator \[1/length^D\]: itself
-    /// included, or halfway to the contact without itself. `share`: its radius over the largest.
+    /// Returns the local collision rate n chi of a simulator \[1/length^D\] for the neighbour count
+    /// `units`, which includes itself, unless counted halfway to the contact. `share` is its radius
+    /// over the largest.
     #[inline]
     pub(crate) fn at(&self, units: f64, crowding: FreeVolumeFactors, share: f64) -> f64 {
         match self.spread {
@@ -228,7 +241,7 @@ impl<S: Space> Rates<S> {
         }
     }
 
-    /// Majorant of [`Self::at`] over all sizes \[1/length^D\].
+    /// Returns a majorant over all sizes of the local collision rate [`Self::at`] \[1/length^D\].
     #[inline]
     pub(crate) fn most(&self, units: f64, crowding: FreeVolumeFactors) -> f64 {
         match self.spread {

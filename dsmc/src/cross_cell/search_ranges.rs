@@ -1,4 +1,5 @@
-//! Search ranges: distances at which partners are sought, in cells.
+//! Ranges of the partner search around a simulator, in cells, and the resulting width of the ghost
+//! layer of a tile.
 
 use stosszahl_model::{ParticleModel, Sizes};
 
@@ -7,11 +8,11 @@ use crate::extrema::larger;
 use crate::grid::Grid;
 use crate::scheme::{PartnerSelection, Scheme};
 
-/// Largest range of the search for the nearest particle \[cells on each side\].
+/// Largest range of the search for the nearest partner, in cells on each side.
 pub(super) const WIDEST: i64 = 3;
 
-/// Largest distance beyond a tile at which its collisions read particles \[length\]; zero for pairs
-/// within cells. `cell`: widest side of a cell.
+/// Returns the largest distance beyond a tile at which its collisions read simulators \[length\];
+/// zero for pairs within cells. `cell` is the longest side of a cell.
 pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f64 {
     match scheme.partners() {
         PartnerSelection::AroundContact => {
@@ -22,7 +23,8 @@ pub(crate) fn reach(scheme: Scheme, diameter: f64, radius: f64, cell: f64) -> f6
     }
 }
 
-/// Number of ghost cells around a tile. `radius`: partners within it are equally likely.
+/// Returns the number of ghost cells that collisions need on each side of a tile. Partners within
+/// `radius` of the contact point are equally likely \[length\].
 pub(crate) fn margin<P: ParticleModel>(
     scheme: Scheme,
     grid: &Grid<P::Space>,
@@ -41,8 +43,8 @@ pub(crate) fn margin<P: ParticleModel>(
     .margin()
 }
 
-/// Search ranges of a scheme. `radius`: partners within it are equally likely \[length\]; `arm`:
-/// distance of the search point \[contact distances\].
+/// Returns the ranges of the partner search of a scheme. Partners within `radius` of the search
+/// point are equally likely \[length\]; `arm` is the distance to that point \[contact distances\].
 pub(super) fn ranges<P: ParticleModel>(
     scheme: Scheme,
     grid: &Grid<P::Space>,
@@ -73,8 +75,8 @@ pub(super) fn ranges<P: ParticleModel>(
     }
 }
 
-/// Largest difference of a radius from the mean one, or a bound on it \[length\]; zero for equal
-/// sizes.
+/// Returns the largest difference of a radius from the mean one, or a bound of it \[length\]; zero
+/// for equal sizes.
 pub(super) fn radius_spread(sizes: &impl Sizes, mean_radius: f64) -> f64 {
     if sizes.are_equal() {
         0.0
@@ -83,32 +85,35 @@ pub(super) fn radius_spread(sizes: &impl Sizes, mean_radius: f64) -> f64 {
     }
 }
 
-/// Search ranges of a partner around a simulator, in cells.
+/// Ranges of the partner search around a simulator, all in cells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ranges {
-    /// Cells from a simulator to the point around which partners are sought.
+    /// Largest distance from a simulator to the point around which its partner is sought, in cells.
     pub(super) point: usize,
-    /// Cells around the point that are searched first.
+    /// Range of the first partner search around the point, in cells on each side.
     pub(super) near: usize,
-    /// Cells around the point that are searched if the first search finds no partner.
+    /// Range of the second search around the point if the first finds no partner, in cells on each
+    /// side.
     pub(super) far: usize,
-    /// Additional cells in both searches for unequal sizes.
+    /// Further cells on each side in both searches, because sizes are unequal.
     pub(super) shift: usize,
 }
 
 impl Ranges {
-    /// Cells around a point that are searched first, for all sizes.
+    /// Returns the range of the first partner search around a point for partners of all sizes, in
+    /// cells.
     pub(super) fn block(self) -> usize {
         self.near + self.shift
     }
 
-    /// Cells around a simulator that hold its partners, unless the first search fails.
+    /// Returns the range around a simulator that contains its partners unless the first search
+    /// fails, in cells.
     pub(super) fn reach(self) -> usize {
         self.point + self.block()
     }
 
-    /// Number of ghost cells around a tile. One more than the ranges, because a coordinate at the
-    /// edge of a cell may be rounded to either side.
+    /// Returns the number of ghost cells on each side of a tile. It is one more than the ranges
+    /// need, because rounding may put a coordinate at the edge of a cell to either side.
     pub(super) fn margin(self) -> usize {
         self.point + self.shift + self.far.max(self.near) + 1
     }

@@ -1,17 +1,18 @@
-//! Search targets: points and blocks of cells where partners are sought.
+//! Target of a partner search: the point where the centre of a partner must be, and blocks of cells
+//! around it.
 
 use stosszahl_model::Space;
 
 /// Target of a partner search: the point for a partner of the mean radius, moved along the line of
-/// centres in proportion to the excess of its radius.
+/// centres in proportion to radius minus mean radius.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aim<V> {
     pub(super) point: V,
-    /// Displacement of the target per unit of excess radius.
+    /// Displacement of the target point per unit of radius minus mean radius.
     pub(super) along: V,
 }
 
-/// Block of adjacent cells: index of the first, and number along each axis.
+/// Block of adjacent cells of a halo copy: index of the first, and number of cells along each axis.
 #[derive(Clone, Copy)]
 pub(super) struct Block {
     pub(super) first: usize,
@@ -19,7 +20,8 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// Creates the block of cells within `cells` of a cell, for the strides of a halo copy.
+    /// Creates the block of all cells within `cells` cells of a cell; `strides` are the index
+    /// differences of the halo copy for one step along each axis.
     #[inline(always)]
     pub(super) fn around<S: Space>(strides: [usize; 3], cell: usize, cells: usize) -> Self {
         let [_, column, layer] = strides;

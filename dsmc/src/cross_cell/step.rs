@@ -1,4 +1,5 @@
-//! Collisions of a step between partners in different cells.
+//! Collision phase of one time step for schemes whose partners are in different cells: bounds,
+//! coloured sweep, and reports of all tiles.
 
 use stosszahl_model::threads::each_of;
 use stosszahl_model::{ParticleModel, Sizes, Vector};
@@ -24,8 +25,8 @@ impl<P> CollisionContext<'_, P>
 where
     P: ParticleModel,
 {
-    /// Collides all pairs of a step; all tiles must be sorted. Returns the report of each tile,
-    /// whose log holds the collisions for the observers.
+    /// Collides all pairs of a time step whose partners may be in different cells; all tiles must
+    /// be sorted. Returns the report of each tile, whose log holds the collisions for observers.
     pub(crate) fn collide_across<F: DisplacementTracking<P::Space>>(
         &self,
         tiles: &mut [Tile<P, F>],
@@ -64,8 +65,8 @@ where
         reports
     }
 
-    /// Computes the largest χ, the largest speeds and the kinetic energy of a tile, for the next
-    /// time step.
+    /// Computes bounds of a tile before collisions: the largest contact value χ, and for the next
+    /// time step the largest speeds and the kinetic energy.
     fn bounds<F: DisplacementTracking<P::Space>>(&self, tile: &mut Tile<P, F>) -> TileBounds {
         let mut bounds = TileBounds { chi: 0.0 };
         let mut stock = StepBounds::default();

@@ -26,7 +26,7 @@ pub(super) struct TileCollider<'a, 'b, 'c, P: ParticleModel, F: DisplacementTrac
     /// Local collision rates n χ of the contact-point scheme; `None` for other schemes.
     pub(super) rates: Option<&'a Rates<P::Space>>,
     pub(super) arm: &'a ContactDistance,
-    /// Maximum χ over the tile and its neighbours: the majorant of the ESMC scheme.
+    /// Largest contact value χ over the tile and its neighbours: the majorant of the ESMC scheme.
     pub(super) bounds: TileBounds,
     /// True if the number of candidate pairs follows from a speed majorant (all schemes but
     /// stochastic disks).
@@ -38,7 +38,7 @@ pub(super) struct TileCollider<'a, 'b, 'c, P: ParticleModel, F: DisplacementTrac
     pub(super) report: TileReport,
 }
 
-/// A line of cells of a tile along the first axis: its number, and its row and layer.
+/// Line of cells of a tile along the first axis: its number, row and layer in the tile.
 #[derive(Clone, Copy)]
 pub(super) struct Line {
     pub(super) number: usize,
@@ -46,64 +46,68 @@ pub(super) struct Line {
     pub(super) layer: usize,
 }
 
-/// Non-empty cell, with the rate and the bounds of its collisions.
+/// Cell of the tile that contains simulators, with the rate and the bounds of its collisions.
 pub(super) struct Cell<S: Space> {
     /// Index of the cell in its tile.
     pub(super) local: usize,
-    /// Coordinates of the cell in the box.
+    /// Column, row and layer of the cell in the box.
     pub(super) at: [u32; 3],
-    /// Index range of the cell's particles in the halo copy.
+    /// Index range in the halo copy of the cell's simulators.
     pub(super) members: Range<usize>,
-    /// Area or volume of the particles in the neighbourhood, over the area or volume of the
-    /// largest.
+    /// Area or volume of the particles in the density neighbourhood of the cell, in units of the
+    /// largest particle's.
     pub(super) units: f64,
-    /// Corrections of the density for the volume that boundaries take from the neighbourhood.
+    /// Free-volume factors of the density neighbourhood of the cell, for the volume that boundaries
+    /// take.
     pub(super) crowding: FreeVolumeFactors,
-    /// Packing fraction of the neighbourhood.
+    /// Packing fraction of the density neighbourhood of the cell.
     pub(super) packing: f64,
-    /// True if chi is limited at this packing fraction.
+    /// True if the contact value chi is at its limit at the cell's packing fraction.
     limited: bool,
-    /// Class of the adaptive contact distance.
+    /// Class of the cell's packing fraction for the adaptive contact distance.
     pub(super) class: u8,
     /// Cross section times chi for pairs of the largest particles, over the same product for equal
     /// particles at the contact distance.
     pub(super) ceiling: f64,
-    /// Majorant of n χ times the size factor \[1/length^D\].
+    /// Majorant in the cell of n χ times the size factor of a pair \[1/length^D\].
     pub(super) most: f64,
-    /// Expected candidate pairs per particle in this time step.
+    /// Expected number of candidate pairs per simulator of the cell in this time step.
     pub(super) rate: f64,
-    /// Bounding box of the velocities of all possible partners.
+    /// Bounding box of the velocities of all possible partners of the cell's simulators.
     pub(super) extent: VelocityBox<S>,
     pub(super) collisions: u64,
     pub(super) virial: f64,
 }
 
-/// Candidate: a simulator with a drawn line of centres, for which a partner is sought.
+/// Candidate of a collision: a simulator with a random line of centres, for which a partner is then
+/// sought.
 #[derive(Clone, Copy)]
 pub(super) struct Candidate<V> {
-    /// Index into the cells of the current row segment.
+    /// Index of the simulator's cell in the list of cells of the current piece of a line.
     pub(super) cell: usize,
     /// Index of the simulator in the halo copy.
     pub(super) first: usize,
     pub(super) position: V,
-    /// Random number from 0 to 2^32 that picks the partner.
+    /// Random number from 0 to 2^32 that picks the partner among several.
     pub(super) pick: u64,
-    /// Random number from 0 to 1 that decides the direction and the threshold.
+    /// Random number from 0 to 1 that decides the direction along the line of centres and the
+    /// acceptance threshold.
     chance: f64,
-    /// Line of centres as it was drawn, a unit vector.
+    /// Line of centres as it was drawn, a unit vector whose sign is not yet chosen.
     line: V,
-    /// Distance of the centres at contact, for a partner of the mean radius \[length\].
+    /// Distance of the two centres at contact \[length\], for a partner of the mean radius.
     pub(super) distance: f64,
-    /// Velocity of the simulator for which direction and threshold were chosen \[length/time\].
+    /// Velocity of the simulator when direction and threshold were chosen \[length/time\]: they are
+    /// chosen again if it has changed.
     pub(super) velocity: V,
-    /// Unit vector towards the partner.
+    /// Unit vector from the simulator towards its partner.
     pub(super) normal: V,
-    /// Speed of the simulator along `normal`, relative to the flow at a partner of the mean radius
-    /// \[length/time\].
+    /// Speed of the simulator along `normal` \[length/time\], relative to the shear flow at a
+    /// partner of the mean radius.
     pub(super) along: f64,
-    /// Acceptance threshold for the normal approach speed \[length/time\].
+    /// Normal approach speed above which the candidate pair is accepted \[length/time\].
     pub(super) threshold: f64,
-    /// Upper bound of the normal approach speed \[length/time\].
+    /// Upper bound of the normal approach speed of the candidate pair \[length/time\].
     majorant: f64,
 }
 
@@ -112,7 +116,8 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Prepares the collisions of one tile. `patch`: halo copy to fill.
+    /// Creates the collider of one tile and its neighbours, `around`; `patch` is the memory of the
+    /// halo copy to fill.
     pub(super) fn new(
         kernel: &'a CollisionContext<'a, P>,
         rates: Option<&'a Rates<P::Space>>,
@@ -139,7 +144,8 @@ where
         }
     }
 
-    /// Prepares a cell of a line before its collisions; `None` if it is empty.
+    /// Prepares a cell for its collisions, with packing fraction and bounds; `None` if it is empty.
+    /// `column` is its place in the line of cells.
     #[inline(always)]
     pub(super) fn cell(
         &mut self,
@@ -201,7 +207,7 @@ where
         })
     }
 
-    /// Coordinates in the box of a cell of a line.
+    /// Returns column, row and layer in the box of a cell in a line of the tile.
     #[inline(always)]
     pub(super) fn cell_of(&self, line: Line, column: usize) -> [u32; 3] {
         let [x, y, z] = self.around.home().place.first;
@@ -212,7 +218,7 @@ where
         ]
     }
 
-    /// Adds the collisions and the virial of one cell to the counters of the tile.
+    /// Adds the collisions and the virial of one finished cell to the counters of the tile.
     #[inline(always)]
     pub(super) fn close(&mut self, cell: &Cell<P::Space>) {
         if cell.collisions == 0 {
@@ -231,7 +237,8 @@ where
             .count(self.around.middle(), cell.local, weighed, cell.virial);
     }
 
-    /// Draws a line of centres for a particle, and the threshold of the approach speed.
+    /// Draws a candidate: a random line of centres for the simulator `first`, and the acceptance
+    /// threshold of the approach speed.
     ///
     /// A partner of velocity u collides at the rate ((v - u) . k)+, at most w(k) = h(k) + v . k,
     /// where h(k) is the largest -u . k over the velocity box. Both ends of a line together have
@@ -267,8 +274,8 @@ where
         self.direct(trial, extent)
     }
 
-    /// Chooses the end of the line of centres, and the threshold, for the particle's present
-    /// velocity.
+    /// Chooses the sign of a candidate's line of centres, and the acceptance threshold, for the
+    /// simulator's current velocity.
     #[inline(always)]
     pub(super) fn direct(
         &self,
@@ -296,16 +303,16 @@ where
         }
     }
 
-    /// Approach speed that a uniform shear flow gives to partners along `normal`, per unit of their
-    /// distance: `-a n_x n_y` \[1/time\].
+    /// Returns the approach speed that a uniform shear flow gives to partners along `normal`, per
+    /// unit of their distance: `-a n_x n_y` \[1/time\].
     #[inline(always)]
     pub(super) fn approach_by_flow(&self, normal: VectorOf<P>) -> f64 {
         -self.kernel.flow.rate * (normal[0] * normal[1])
     }
 
-    /// Collides a candidate with a partner if they approach fast enough and, for unequal sizes, a
-    /// draw accepts their cross section, relative to `ceiling`. Returns their distance along the
-    /// line of centres \[contact distances\]; `None` if rejected.
+    /// Tests a candidate with its partner, and collides them if they approach fast enough and, for
+    /// unequal sizes, a random number accepts their cross section relative to `ceiling`. Returns
+    /// their distance along the line of centres \[contact distances\]; `None` if rejected.
     #[inline(always)]
     pub(super) fn try_pair(
         &mut self,
@@ -343,15 +350,15 @@ where
         Some(-apart.inner(&trial.normal) / contact)
     }
 
-    /// Returns true if the density is taken halfway to the contact; never in three dimensions,
-    /// which the compiler sees here.
+    /// Returns true if the density is counted around the point halfway to contact; never in three
+    /// dimensions, which the compiler sees here.
     #[inline(always)]
     pub(super) fn is_halfway(&self) -> bool {
         P::Space::DIMENSION == 2 && self.kernel.density.weighing() == DensityKernel::Triangle
     }
 
-    /// Collides a pair along `normal`, from the first to the second, and returns the vector from
-    /// the second to the first.
+    /// Executes the collision of a pair along `normal`, from the first to the second, with its
+    /// counters and log. Returns the vector from the second to the first \[length\].
     #[inline(always)]
     pub(super) fn strike(
         &mut self,
@@ -419,14 +426,14 @@ where
     }
 }
 
-/// Sum of the components of a vector.
+/// Returns the sum of the components of a vector.
 #[inline(always)]
 pub(super) fn total<S: Space>(vector: S::Vector) -> f64 {
     (0..S::DIMENSION).map(|axis| vector[axis]).sum()
 }
 
-/// Cross section times chi of a pair of these diameters, over `largest^(D-1)` and the chi of equal
-/// particles.
+/// Returns cross section times chi of a pair with these diameters, over `largest^(D-1)` times the
+/// chi of equal particles.
 pub(super) fn pair_share<P: ParticleModel>(
     kernel: &CollisionContext<'_, P>,
     packing: f64,
@@ -438,9 +445,9 @@ pub(super) fn pair_share<P: ParticleModel>(
     kernel.pair_factor(chi, packing, diameters) / (P::Space::cross_section(largest) * chi)
 }
 
-/// Draws a line of centres k whose density is the sum of `sides` times `|k_i|`. One axis is chosen
-/// in proportion to its side; the component along it has the density `|k_i|`. In three dimensions
-/// its square is then uniform, in two dimensions the other component is.
+/// Draws a random line of centres k whose density is the sum of `sides` times `|k_i|`. One axis is
+/// chosen in proportion to its side; the component along it has the density `|k_i|`. In three
+/// dimensions its square is then uniform, in two dimensions the other component is.
 #[inline(always)]
 pub(super) fn line_of_centres<S: Space>(sides: S::Vector, stream: &mut impl Rng) -> S::Vector {
     let pick = total::<S>(sides) * stream.random::<f64>();

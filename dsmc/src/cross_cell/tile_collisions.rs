@@ -1,4 +1,5 @@
-//! Candidate pairs of all cells of a tile, line by line.
+//! Loop over the cells of a tile that draws and tests candidate pairs, line of cells by line, in
+//! batches.
 
 use std::mem::take;
 
@@ -19,20 +20,21 @@ use crate::particle::DisplacementTracking;
 use crate::random_counts::draw_whole;
 use crate::scheme::PartnerSelection;
 
-/// Target number of simulators in a piece of a line of cells.
+/// Target number of simulators in a piece of a line of cells, for which the number of candidate
+/// pairs is drawn at once.
 ///
 /// The number of candidate pairs of a piece is one of the two whole numbers next to its mean, so it
 /// varies less than a Poisson number; that moves the collision rate by some tenths of a per cent
 /// (`docs/development/monte-carlo.md`).
 const SIMULATORS_IN_PIECE: f64 = 5.0;
-/// Largest number of cells in a piece of a line.
+/// Largest number of cells in a piece of a line of cells.
 const LONGEST_PIECE: usize = 8;
 
-/// Candidate pairs generated before the first is tested. Batching lets the CPU overlap independent
-/// searches.
+/// Number of candidate pairs drawn before the first is tested. Batching lets the CPU overlap
+/// independent searches.
 const DRAWN: usize = 32;
 
-/// Bounds over a tile and its neighbours.
+/// Returns the bounds of the contact value over a tile and its neighbouring tiles.
 pub(super) fn bounds_around<S: Space>(
     grid: &Grid<S>,
     bounds: &[TileBounds],
@@ -50,8 +52,9 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Collides the simulators of the tile with each other and with simulators around it. Bits are
-    /// identical on every processor: products and sums are never contracted.
+    /// Executes all collisions of the tile with its neighbours in a time step; returns the report
+    /// and velocity changes for other processes. Bits are identical on every processor: products
+    /// and sums are never contracted.
     pub(super) fn collide(mut self, ranges: Ranges) -> (TileReport, Vec<ChangeOf<P>>) {
         self.choose_loop(ranges);
         (self.report, self.around.changes())
@@ -70,14 +73,16 @@ where
         self.collide_all(ranges, lanes::Plain);
     }
 
-    /// Runs [`Self::collide_all`] compiled with AVX2, so that inlined code uses four lanes.
+    /// Runs [`Self::collide_all`] compiled for processors with AVX2, so that inlined code uses four
+    /// lanes.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
     fn collide_with_avx2(&mut self, ranges: Ranges, lanes: lanes::Avx2) {
         self.collide_all(ranges, lanes);
     }
 
-    /// Collides all cells of the tile, with one SIMD implementation.
+    /// Draws and tests the candidate pairs of all cells of the tile, with the SIMD implementation
+    /// `lanes`.
     #[inline(always)]
     fn collide_all(&mut self, ranges: Ranges, lanes: impl SimdBackend) {
         let kernel = self.kernel;
@@ -134,7 +139,8 @@ where
         }
     }
 
-    /// Draws and tests the candidates of a line of cells, piece by piece.
+    /// Draws and tests the candidate pairs of one line of cells, piece by piece, by the acceptance
+    /// rule `trials`.
     #[inline(always)]
     fn for_trials(
         &mut self,
@@ -209,7 +215,7 @@ where
         (self.cells, self.drawn) = (cells, drawn);
     }
 
-    /// Tests the candidates in the order of drawing.
+    /// Tests a batch of candidates in the order in which they were drawn, and empties it.
     #[inline(always)]
     fn meet_all(
         &mut self,
@@ -233,10 +239,10 @@ where
     }
 }
 
-/// Mean absolute component of a random unit vector, in two and three dimensions.
+/// Mean absolute component of a random unit vector: 2/π in two dimensions, 1/2 in three.
 const MEAN_COMPONENT: [f64; 2] = [std::f64::consts::FRAC_2_PI, 0.5];
 
-/// Two random numbers from 0 to 2^32.
+/// Draws two random whole numbers from 0 to below 2^32.
 #[inline(always)]
 fn two_numbers(stream: &mut impl Rng) -> [u64; 2] {
     let both: u64 = stream.random();

@@ -1,4 +1,5 @@
-//! Tile and its neighbours, locked while the tile's particles collide.
+//! Neighbourhood of a tile: the tile and its adjacent tiles, locked while the tile's simulators
+//! collide.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -10,22 +11,23 @@ use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tile::Tile;
 
-/// Tile at the centre with its neighbours, locked.
+/// Tile and its adjacent tiles, locked for the collisions of the central tile.
 pub(super) struct TileNeighbourhood<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> {
     grid: &'a Grid<P::Space>,
-    /// Index into `tiles` of the central tile.
+    /// Index in `tiles` of the central tile.
     middle: u32,
-    /// Locked tiles, each once, in the order of their numbers.
+    /// Locked tiles of the neighbourhood, each once, in the order of their numbers.
     tiles: Vec<MutexGuard<'a, &'b mut Tile<P, F>>>,
-    /// Numbers of the tiles in the grid, sorted.
+    /// Numbers in the grid of the tiles in the neighbourhood, sorted.
     numbers: Vec<u32>,
-    /// For each tile: true if other processes hold ghost cells of it.
+    /// For each tile of the neighbourhood: true if other processes own it or hold ghost cells of
+    /// it.
     seen: Vec<bool>,
-    /// Changes of velocity that other processes need.
+    /// Velocity changes of simulators that other processes must be sent.
     changes: Vec<ChangeOf<P>>,
 }
 
-/// Location of a simulator: index of its tile in the neighbourhood, and its index in the tile.
+/// Location of a simulator: index of its tile in the neighbourhood, and its index in that tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct At {
     pub(super) tile: u32,
@@ -55,30 +57,31 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         }
     }
 
-    /// Changes of velocity that other processes need.
+    /// Returns the velocity changes of simulators that other processes must be sent, and unlocks
+    /// the tiles.
     pub(super) fn changes(self) -> Vec<ChangeOf<P>> {
         self.changes
     }
 
-    /// Moves the collision log out of the central tile, so that its memory is reused. The log holds
+    /// Takes the collision log out of the central tile, so that its memory is reused. The log holds
     /// no collisions: each step clears it once observers have seen them.
     pub(super) fn take_log(&mut self) -> Vec<Collision> {
         std::mem::take(&mut self.tiles[self.middle as usize].log)
     }
 
-    /// Index of the central tile in the neighbourhood.
+    /// Returns the index of the central tile in the neighbourhood.
     pub(super) fn middle(&self) -> u32 {
         self.middle
     }
 
-    /// Tile in the centre of the neighbourhood.
+    /// Returns the central tile of the neighbourhood.
     #[inline(always)]
     pub(super) fn home(&self) -> &Tile<P, F> {
         self.tile(self.middle())
     }
 
-    /// Index of the tile that holds a cell, and the cell's number in it; `None` beyond the adjacent
-    /// tiles.
+    /// Returns the index in the neighbourhood of the tile that contains a cell, and the cell's
+    /// number in that tile; `None` beyond the adjacent tiles.
     #[inline]
     pub(super) fn find(&self, cell: [u32; 3]) -> Option<(u32, usize)> {
         let number = self.grid.tile_number(self.grid.owner(cell)) as u32;
@@ -86,24 +89,24 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         Some((slot as u32, self.tiles[slot].number(cell)))
     }
 
-    /// Tile of this index in the neighbourhood.
+    /// Returns the tile with an index in the neighbourhood.
     #[inline(always)]
     pub(super) fn tile(&self, slot: u32) -> &Tile<P, F> {
         &self.tiles[slot as usize]
     }
 
-    /// Numbers of simulators of the tiles, by their index in the neighbourhood.
+    /// Returns the number of simulators in each tile of the neighbourhood.
     pub(super) fn lengths(&self) -> impl Iterator<Item = usize> + '_ {
         self.tiles.iter().map(|tile| tile.simulators.len())
     }
 
-    /// Returns a copy of the simulator at a location.
+    /// Returns a copy of the simulator at a location in the neighbourhood of tiles.
     #[inline(always)]
     pub(super) fn read(&self, at: At) -> SimulatorOf<P, F> {
         self.tile(at.tile).simulators[at.index as usize]
     }
 
-    /// Adds collisions and virial to the counts of a cell, if cells are counted.
+    /// Adds collisions and virial to the counters of a cell, if the run counts cells.
     pub(super) fn count(&mut self, tile: u32, cell: usize, collisions: f64, virial: f64) {
         if let Some(count) = self.tiles[tile as usize].counts.get_mut(cell) {
             count.collisions += collisions;
@@ -111,7 +114,8 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
         }
     }
 
-    /// Sets velocity and spin of a simulator, and records the change for other processes.
+    /// Sets velocity and spin of a simulator in its tile, and records the change for other
+    /// processes.
     #[inline(always)]
     pub(super) fn set(&mut self, at: At, velocity: VectorOf<P>, spin: SpinOf<P>) {
         let slot = at.tile as usize;
@@ -132,7 +136,7 @@ impl<'a, 'b, P: ParticleModel, F: DisplacementTracking<P::Space>> TileNeighbourh
     }
 }
 
-/// Locks a tile; the colouring keeps it free.
+/// Locks a tile without waiting, as the colouring of tiles keeps it free.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! Acceptance test of candidate pairs, one implementation per scheme.
+//! Acceptance tests of candidate pairs between cells, one implementation for each collision scheme.
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{ParticleModel, Sizes, Space, VectorOf};
@@ -15,15 +15,15 @@ use crate::grid::Grid;
 use crate::particle::{DisplacementTracking, covered};
 use crate::within_cell::CollisionContext;
 
-/// Acceptance rule of a scheme for candidate pairs.
+/// Acceptance rule for the candidate pairs of a collision scheme.
 ///
 /// Not closures: the compiler might not inline them into the loop, and then they would lack its
 /// vector instructions.
 pub(super) trait CandidateRule<P: ParticleModel, F: DisplacementTracking<P::Space>> {
-    /// Prepares a line of cells before its candidates are drawn.
+    /// Prepares the rule for a line of cells, before its candidates are drawn.
     fn begin(&mut self, worker: &TileCollider<'_, '_, '_, P, F>, line: Line, columns: usize);
 
-    /// Majorant of n chi times the size factor in a cell \[1/length^D\].
+    /// Returns a majorant in a cell of n chi times the size factor of a pair \[1/length^D\].
     fn most(
         &self,
         worker: &TileCollider<'_, '_, '_, P, F>,
@@ -31,8 +31,8 @@ pub(super) trait CandidateRule<P: ParticleModel, F: DisplacementTracking<P::Spac
         column: usize,
     ) -> f64;
 
-    /// Tests one candidate pair and collides it if accepted. Returns `false` if the run was
-    /// interrupted.
+    /// Tests one candidate pair and executes its collision if accepted. Returns `false` if the run
+    /// was interrupted.
     fn meet(
         &mut self,
         worker: &mut TileCollider<'_, '_, '_, P, F>,
@@ -42,28 +42,30 @@ pub(super) trait CandidateRule<P: ParticleModel, F: DisplacementTracking<P::Spac
     ) -> bool;
 }
 
-/// Contact-point rule: partners are sought around the point of contact. The rate is Enskog's for
-/// the density around the simulator or around the point halfway.
+/// Acceptance rule of the contact-point scheme: partners are sought around the point of contact.
+/// The rate is Enskog's for the density around the simulator or around the point halfway.
 pub(super) struct AroundPoints<'a, P: ParticleModel, L> {
     rates: &'a Rates<P::Space>,
     search: Search<'a, P, L>,
-    /// Largest offset, in cells, of the point halfway to contact, if the density is taken around
-    /// it; else `None`. Larger offsets, due to rounding, are clamped.
+    /// Largest offset in cells, along each axis, of the point halfway to contact, if the density is
+    /// counted around it; else `None`. Larger offsets, due to rounding, are clamped.
     farthest: Option<[i64; 3]>,
-    /// Largest number of other units around points halfway, for each cell of the line.
+    /// Largest number of neighbours around any point halfway to contact, for each cell of the line,
+    /// in units of the largest particle.
     most_others: Vec<f64>,
-    /// Scratch memory.
+    /// Scratch memory for the neighbour counts of a line of cells.
     work: Vec<f32>,
-    /// Cell and radius of the last candidate, with its cached rate; for unequal sizes.
+    /// Cell and radius of the last candidate, with its cached collision rate and majorant; for
+    /// unequal sizes.
     last: ((usize, f64), OfSize),
 }
 
-/// Rate and majorant for particles of one radius in one cell, cached between candidates.
+/// Collision rate and majorant for particles of one radius in one cell, cached between candidates.
 #[derive(Clone, Copy, Default)]
 struct OfSize {
     n_chi: f64,
-    /// Majorant of cross section times chi over partners of all sizes, relative to the contact
-    /// distance and equal particles.
+    /// Majorant over partners of all sizes of cross section times chi, relative to equal particles
+    /// at the contact distance.
     ceiling: f64,
 }
 
@@ -84,8 +86,8 @@ impl<'a, P: ParticleModel, L> AroundPoints<'a, P, L> {
         }
     }
 
-    /// Returns rate and majorant of particles of one radius in a cell; they are cached, as
-    /// consecutive candidates often agree.
+    /// Returns collision rate and majorant for particles of one radius in a cell; they are cached,
+    /// as consecutive candidates often agree.
     #[inline(always)]
     fn of_size(
         &mut self,
@@ -106,7 +108,8 @@ impl<'a, P: ParticleModel, L> AroundPoints<'a, P, L> {
         self.last.1
     }
 
-    /// Local rate n chi for a number of other units \[1/length^D\].
+    /// Returns the local collision rate n chi \[1/length^D\] for a number of neighbours, without
+    /// the simulator itself.
     #[inline(always)]
     fn n_chi(&self, others: f64) -> f64 {
         self.rates.at(others, FreeVolumeFactors::NONE, 1.0)
@@ -202,16 +205,18 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>, L: SimdBackend> Candid
     }
 }
 
-/// ESMC rule: partners come from the cell of the point of contact.
+/// Acceptance rule of the ESMC scheme: partners come from the cell that contains the point of
+/// contact.
 pub(super) struct InCells {
-    /// Largest chi of the tile and its neighbours.
+    /// Largest contact value chi of the tile and its neighbours.
     chi: f64,
-    /// Number density of one simulator in the cell with the smallest free volume \[1/length^D\].
+    /// Number density that one simulator makes in the cell with the smallest free volume
+    /// \[1/length^D\].
     density: f64,
     least: f64,
-    /// Range in cells of points of contact around a simulator.
+    /// Largest distance of the point of contact from a simulator, in cells along each axis.
     point: usize,
-    /// First cell of the line, in the halo copy.
+    /// Index in the halo copy of the first cell of the current line.
     first: usize,
 }
 
@@ -297,7 +302,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CandidateRule<P, F> fo
     }
 }
 
-/// Largest offset in cells along each axis of a point at this distance.
+/// Returns the largest offset, in cells along each axis, of a point at a distance from a position
+/// in a cell.
 fn steps_within<S: Space>(grid: &Grid<S>, distance: f64) -> [i64; 3] {
     [0, 1, 2].map(|axis| {
         if axis < S::DIMENSION {

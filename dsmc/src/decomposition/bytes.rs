@@ -1,4 +1,4 @@
-//! Serialization of messages between processes.
+//! Serialization of values into messages between processes, in the `postcard` format.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

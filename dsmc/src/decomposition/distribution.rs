@@ -1,4 +1,5 @@
-//! Distribution of tiles among processes, load balancing, and collection in the root process.
+//! Distribution of the tiles of a gas among processes: scatter, load balancing, and gather in the
+//! root process.
 
 use std::sync::Arc;
 
@@ -16,13 +17,13 @@ use crate::features::PROCESSES;
 use crate::particle::DisplacementTracking;
 use crate::tile::{SendBuffer, Tile};
 
-/// Load imbalance, largest cost over mean cost, above which tiles change owners.
+/// Load imbalance above which tiles change owners: largest over mean cost of a process.
 const UNEVEN: f64 = 1.1;
-/// Smallest number of steps between two redistributions of tiles.
+/// Least number of time steps between two redistributions of tiles among processes.
 pub(super) const STEPS_BETWEEN: u64 = 50;
 
-/// State of the gas without its simulators, and the owner of each tile; broadcast by the root
-/// process.
+/// State of the gas without its simulators, and the owner of each tile: broadcast by the root
+/// process before tiles are scattered.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct GasHeader<P: ParticleModel, F: DisplacementTracking<P::Space>> {
@@ -32,18 +33,19 @@ struct GasHeader<P: ParticleModel, F: DisplacementTracking<P::Space>> {
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
-    /// Declares that several processes hold the gas. Each has made the engine from the same
-    /// arguments; the root process holds all tiles until [`Self::scatter_tiles`].
+    /// Declares that several processes, `ranks`, hold the gas. Each has made the engine from the
+    /// same arguments; the root process holds all tiles until [`Self::scatter_tiles`].
     pub fn distribute_among(&mut self, ranks: Arc<dyn Ranks>) {
         self.share = Some(Subdomain::new(ranks, self.tiles.len()));
     }
 
-    /// Returns true if this process holds all of the gas.
+    /// Returns true if this process holds all tiles of the gas.
     pub fn is_whole(&self) -> bool {
         self.share.as_ref().is_none_or(|share| share.is_united)
     }
 
-    /// Number of ghost cells around a tile, for cross-cell schemes; `None` for pairs within cells.
+    /// Returns the number of ghost cells that collisions need on each side of a tile; `None` for
+    /// schemes with pairs within cells.
     pub(super) fn margin(&self) -> Option<usize> {
         let Constants {
             mean_radius,
@@ -63,7 +65,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         })
     }
 
-    /// Scatters the tiles to their owners. Collective call; does nothing if they are scattered.
+    /// Sends each tile from the root process to the process that owns it. All processes must call
+    /// it; does nothing if tiles are scattered already.
     pub fn scatter_tiles(&mut self) {
         if !PROCESSES {
             return;
@@ -109,7 +112,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         self.share = Some(share);
     }
 
-    /// Empties the tiles of other processes, and resets the cost measurement.
+    /// Empties the tiles that other processes own, and restarts the measurement of costs.
     pub(super) fn part_with(&mut self, share: &mut Subdomain<P::Space>) {
         for (number, tile) in self.tiles.iter_mut().enumerate() {
             tile.is_here = share.is_mine(number);
@@ -124,8 +127,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         (share.is_united, share.since) = (false, 0);
     }
 
-    /// Gathers all tiles, sorted, in the root process. Collective call; does nothing if it holds
-    /// them already.
+    /// Collects all tiles, sorted, in the root process. All processes must call it; does nothing if
+    /// the root process holds them already.
     pub fn gather_tiles(&mut self) {
         let Some(mut share) = self.share.take_if(|share| !share.is_united) else {
             return;
@@ -151,7 +154,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         self.share = Some(share);
     }
 
-    /// Balances the load: moves tiles between processes where measured costs differ much.
+    /// Balances the load: moves tiles between processes if their measured costs differ much and
+    /// enough steps have passed.
     pub(crate) fn balance(&mut self) {
         if !PROCESSES {
             return;

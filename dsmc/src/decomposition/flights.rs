@@ -1,4 +1,5 @@
-//! Particle migration and global reductions between processes after each free-flight phase.
+//! Migration of simulators between processes, and global reductions of statistics and counters,
+//! after each free-flight phase.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, ParticleModel};
@@ -13,16 +14,19 @@ use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tally::{StepBounds, StepCounters};
 use crate::tile::{DepartedSimulator, Migrant};
 
-/// Message from one process to a neighbour after a free-flight phase.
+/// Message from one process to a neighbouring process after a free-flight phase: migrating
+/// simulators and collision logs.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct Sent<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     leaving: Vec<Leaving<P, F>>,
-    /// Collisions in tiles of the sender, for the observers in the root process.
+    /// Logged collisions of the sender's tiles, for observers in the root process, with tile
+    /// numbers.
     logs: Vec<(u32, Vec<Collision>)>,
 }
 
-/// Migrating simulator: its tile, the offset of the adjacent tile it enters, and its source cell.
+/// Simulator that migrates to another process: its old tile, the offset to the adjacent tile it
+/// enters, and the cell it started from.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct Leaving<P: ParticleModel, F: DisplacementTracking<P::Space>> {
@@ -32,7 +36,8 @@ struct Leaving<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     simulator: SimulatorOf<P, F>,
 }
 
-/// Global reduction of each step: statistics, counters, flags, and particles that flew far.
+/// Data that all processes reduce in each time step: statistics, counters, stop flags, and
+/// simulators that flew beyond adjacent tiles.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 struct News<P: ParticleModel, F: DisplacementTracking<P::Space>> {
@@ -40,8 +45,8 @@ struct News<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     simulators: usize,
     ends: bool,
     pauses: bool,
-    /// Particles that flew beyond adjacent tiles: target tile, source cell, simulator. Particles
-    /// of one cell come from one process and keep their order.
+    /// Simulators that flew beyond adjacent tiles, with target tile and source cell. Simulators of
+    /// one cell come from one process and keep their order.
     far: Vec<(u32, u32, SimulatorOf<P, F>)>,
     counts: StepCounters,
 }
@@ -58,9 +63,9 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> News<P, F> {
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
-    /// Exchanges migrating simulators with neighbours after a free flight, sends collision logs to
-    /// the root process if `looks`, and reduces statistics and counters. `counts`: counters of this
-    /// process. Returns the counters summed over all processes.
+    /// Exchanges migrating simulators with neighbouring processes after a free flight, sends
+    /// collision logs to the root process if `looks`, and reduces statistics. Returns the counters
+    /// `counts` summed over all processes.
     pub(crate) fn exchange_with_others(
         &mut self,
         counts: StepCounters,
@@ -111,7 +116,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         counts
     }
 
-    /// Simulators that left own tiles for tiles of another process.
+    /// Returns the simulators that left tiles of this process for tiles of the process `rank`.
     fn leaving(&self, share: &Subdomain<P::Space>, rank: usize) -> Vec<Leaving<P, F>> {
         let mut leaving = Vec::new();
         for (number, tile) in self.tiles.iter().enumerate() {
@@ -134,7 +139,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         leaving
     }
 
-    /// Takes the collision logs of own tiles.
+    /// Takes the logged collisions out of the tiles of this process, with tile numbers.
     fn logs(&mut self) -> Vec<(u32, Vec<Collision>)> {
         let own = self.tiles.iter_mut().enumerate();
         let own = own.filter(|(_, tile)| tile.is_here && !tile.log.is_empty());
@@ -142,7 +147,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
             .collect()
     }
 
-    /// Adds simulators that left tiles of another process, tile after tile.
+    /// Delivers simulators that left tiles of another process to their new tiles, tile after tile.
     fn enter(&mut self, leaving: &[Leaving<P, F>]) {
         for of_tile in leaving.chunk_by(|one, next| one.tile == next.tile) {
             let leavers: Vec<(u8, Migrant<P, F>)> = of_tile
@@ -159,8 +164,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         }
     }
 
-    /// Reduces statistics, counters and flags over all processes, and distributes particles that
-    /// flew far.
+    /// Reduces statistics, counters and stop flags over all processes, and distributes simulators
+    /// that flew beyond adjacent tiles. `simulators` is the number in this process.
     fn tell_all(
         &mut self,
         share: &mut Subdomain<P::Space>,
@@ -204,8 +209,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
 }
 
 impl<S: stosszahl_model::Space> Subdomain<S> {
-    /// Processes to send to and to receive from after a free flight: the neighbours, and the root
-    /// process if collisions are logged.
+    /// Returns the ranks to send to and to receive from after a free flight: neighbouring
+    /// processes, and the root process if collisions are logged (`looks`).
     fn after_flights(&self, looks: bool) -> (Vec<usize>, Vec<usize>) {
         let mut to = self.near.clone();
         if !looks {

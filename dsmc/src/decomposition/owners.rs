@@ -1,7 +1,8 @@
-//! Load balancing: recursive bisection of the box by the cost of tiles.
+//! Load balancing among processes: recursive bisection of the box by the measured costs of its
+//! tiles.
 
-/// Assigns each tile of a block of `counts`, the first axis running fastest, to one of `ranks`
-/// processes.
+/// Assigns each tile of a block to one of `ranks` processes so that all have about equal cost;
+/// returns the owners. `counts` are the numbers of tiles along the axes, the first running fastest.
 ///
 /// Recursive bisection (Berger & Bokhari, IEEE Trans. Comput. 36, 570 (1987),
 /// doi:10.1109/TC.1987.1676942): tiles are sorted along their longest axis and cut where the costs

@@ -1,4 +1,5 @@
-//! Ghost cells and their changes, exchanged for schemes whose partners lie in other cells.
+//! Exchange of ghost cells and of velocity changes between processes, for schemes whose collision
+//! partners lie in other cells.
 
 use std::collections::BTreeMap;
 
@@ -14,8 +15,9 @@ use crate::tally::CollisionCounters;
 use crate::tile::Tile;
 
 impl<S: Space> Subdomain<S> {
-    /// Receives the units of each cell in tiles of other processes: tiles within `reach` cells of
-    /// own tiles and, if `is_wide`, also tiles adjacent to these. Returns the units by tile number.
+    /// Exchanges the covered area or volume of each cell with other processes: for tiles within
+    /// `reach` cells of own tiles and, if `is_wide`, tiles adjacent to these. Returns the values
+    /// received by tile number.
     pub(crate) fn units_around<P: ParticleModel<Space = S>, F: DisplacementTracking<S>>(
         &self,
         grid: &Grid<S>,
@@ -172,7 +174,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> TilePeers<P, F> for Su
     }
 }
 
-/// Tiles that have cells within `reach` cells of a tile along each axis, across periodic faces.
+/// Returns the numbers of the tiles that have cells within `reach` cells of a tile along each axis,
+/// across periodic faces.
 fn tiles_within<S: Space>(
     grid: &Grid<S>,
     tile: usize,

@@ -1,4 +1,5 @@
-//! Transport between the processes that hold one gas, and collective operations built from it.
+//! Interface of the message transport between the processes that hold one gas, and collective
+//! operations built on it: gather, reduce, broadcast.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -6,13 +7,13 @@ use stosszahl_model::DynReduction;
 
 use super::bytes::{from_bytes, to_bytes};
 
-/// Transport of messages between processes that share one gas. All processes make the same calls in
-/// the same order.
+/// Message transport between the processes that hold one gas (MPI, for example). All processes make
+/// the same calls in the same order.
 pub trait Ranks: Send + Sync {
-    /// Number of this process, from 0.
+    /// Returns the rank of this process, from 0.
     fn rank(&self) -> usize;
 
-    /// Number of processes.
+    /// Returns the number of processes.
     fn size(&self) -> usize;
 
     /// Sends messages to other processes, and returns one message from each process in `from`, in
@@ -46,7 +47,7 @@ pub fn all_gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     while step < size {
         let count = step.min(size - step);
         let (to, from) = ((me + size - step) % size, (me + step) % size);
-        let came = ranks.exchange(vec![(to, pack(&known[..count]))], &[from]);
+        let came = ranks.exchange(vec![(to, pack_messages(&known[..count]))], &[from]);
         known.extend(came.iter().flat_map(|one| unpack(one)));
         step *= 2;
     }
@@ -86,7 +87,7 @@ pub(crate) fn all_reduce<T: Serialize + DeserializeOwned>(
     sum
 }
 
-/// Reduces a sum to the root process along a binary tree, in log2(size) rounds.
+/// Reduces a sum over particles to the root process along a binary tree, in log2(size) rounds.
 pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn DynReduction) {
     let (me, size) = (ranks.rank(), ranks.size());
     let mut step = 1;
@@ -103,7 +104,8 @@ pub(crate) fn reduce(ranks: &dyn Ranks, sum: &mut dyn DynReduction) {
     }
 }
 
-/// Gathers the messages of all processes in the root process, by rank; empty elsewhere.
+/// Collects the messages of all processes in the root process, by rank; returns an empty list
+/// elsewhere.
 pub(crate) fn gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     if ranks.rank() > 0 {
         ranks.exchange(vec![(0, mine)], &[]);
@@ -115,7 +117,8 @@ pub(crate) fn gather(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<Vec<u8>> {
     all
 }
 
-/// Broadcasts the message of the root process along a binary tree.
+/// Sends the message of the root process to all processes along a binary tree, and returns it in
+/// each.
 pub fn broadcast(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<u8> {
     let (me, size) = (ranks.rank(), ranks.size());
     let message = if me == 0 {
@@ -134,8 +137,8 @@ pub fn broadcast(ranks: &dyn Ranks, mine: Vec<u8>) -> Vec<u8> {
     message
 }
 
-/// Packs several messages into one.
-fn pack(messages: &[Vec<u8>]) -> Vec<u8> {
+/// Concatenates several messages, each with its length, into one.
+fn pack_messages(messages: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(messages.iter().map(|one| one.len() + 8).sum());
     for message in messages {
         bytes.extend_from_slice(&(message.len() as u64).to_le_bytes());

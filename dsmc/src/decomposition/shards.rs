@@ -19,32 +19,35 @@ use crate::parameters::DsmcError;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tile::Tile;
 
-/// Location of checkpoint shards: folder and run fingerprint.
+/// Location of the shards of a checkpoint, files with the tiles of one process each: folder and run
+/// fingerprint.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ShardLocation {
-    /// Folder of the checkpoint.
+    /// Folder that contains the checkpoint and its shards.
     pub folder: PathBuf,
-    /// Fingerprint of the run that the checkpoint belongs to.
+    /// Fingerprint of the run, a hash of its settings, to which the checkpoint belongs.
     pub run: Fingerprint,
 }
 
-/// Checkpoint file with the tiles of one process.
+/// Entry in the manifest of a sharded checkpoint: a file, and the tiles of one process in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Shard {
-    /// File name in the folder of the checkpoint.
+    /// File name of the shard in the folder of the checkpoint.
     file: String,
     checksum: Checksum,
-    /// Number of each tile, and of the simulators in it.
+    /// Number of each tile in the shard, with the number of simulators in it.
     tiles: Vec<(u32, u32)>,
 }
 
-/// File name of the shard of a process, for a checkpoint whose shard names begin with `stem`.
+/// Returns the file name of the shard of a process, for a checkpoint whose shard names begin with
+/// `stem`.
 pub fn shard_name(stem: &str, rank: usize) -> String {
     format!("{stem}{rank}.shard")
 }
 
 impl Shard {
-    /// Error returned when this shard cannot be read.
+    /// Returns the error that this shard cannot be used, with the reason; `all` is the number of
+    /// shards.
     fn unusable(&self, why: &str, all: usize) -> DsmcError {
         let simulators: u64 = self.tiles.iter().map(|one| u64::from(one.1)).sum();
         DsmcError::Shard {
@@ -55,7 +58,8 @@ impl Shard {
         }
     }
 
-    /// Reads the tiles of this shard.
+    /// Reads all tiles from the file of this shard; `all` is the number of shards for error
+    /// messages.
     fn read_tiles<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         beside: &ShardLocation,
@@ -82,7 +86,7 @@ impl Shard {
     }
 }
 
-/// Reads all simulators of a sharded checkpoint, in the order of their cells.
+/// Reads all simulators of a sharded checkpoint into one process, in the order of their cells.
 pub(crate) fn read_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     shards: &[Shard],
     beside: &ShardLocation,
@@ -97,8 +101,9 @@ pub(crate) fn read_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
-    /// Writes the tiles of all processes into files whose names begin with `stem`. Collective call.
-    /// Returns the shards in the root process, and nothing in other processes.
+    /// Writes the tiles of each process into a shard whose file name begins with `stem`. All
+    /// processes must call it. Returns the manifest of shards in the root process, and nothing in
+    /// others.
     pub(crate) fn write_shards(
         &mut self,
         stem: &str,
@@ -154,8 +159,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         }))
     }
 
-    /// Reads the tiles of each process from shards. Collective call; errors of any process reach
-    /// all.
+    /// Reads the tiles that each process owns from the shards. All processes must call it; an error
+    /// in any process reaches all.
     pub(crate) fn read_shards(
         &mut self,
         shards: &[Shard],
@@ -200,7 +205,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         done
     }
 
-    /// Number of simulators in each tile; an error unless the shards hold each tile once.
+    /// Returns the number of simulators in each tile by the manifest; an error unless the shards
+    /// hold each tile exactly once.
     fn counted_in(&self, shards: &[Shard]) -> Result<Vec<usize>, DsmcError> {
         let mut counts = vec![None; self.tiles.len()];
         for &(tile, count) in shards.iter().flat_map(|shard| &shard.tiles) {
@@ -219,7 +225,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
-    /// Returns true if the simulators of a tile's data lie in its cells, given by `cell`.
+    /// Returns true if the simulators in the data of a tile lie in the cells in which they are
+    /// listed; `cell` finds the cell of a position.
     fn fits(&self, content: &TileData<P, F>, cell: impl Fn(VectorOf<P>) -> Option<usize>) -> bool {
         let total: usize = content.counts.iter().map(|&count| count as usize).sum();
         if content.counts.len() != self.cells() || total != content.simulators.len() {

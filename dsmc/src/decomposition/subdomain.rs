@@ -1,5 +1,5 @@
-//! Subdomain: the tiles of a gas that one process holds, and the processes that read their ghost
-//! cells.
+//! Subdomain of a process: the tiles of a gas that it owns, the processes that need their ghost
+//! cells, and tile data in messages.
 
 use std::sync::Arc;
 
@@ -15,35 +15,38 @@ use crate::particle::{DisplacementTracking, SimulatorOf};
 use crate::tally::StepBounds;
 use crate::tile::Tile;
 
-/// Subdomain of the gas that this process holds.
+/// Subdomain of the gas that this process holds, with owners of all tiles, neighbouring processes,
+/// and reduced statistics.
 pub(crate) struct Subdomain<S: Space> {
     pub(crate) ranks: Arc<dyn Ranks>,
-    /// Owner of each tile, by rank.
+    /// Rank of the process that owns each tile.
     pub(crate) owners: Vec<u32>,
-    /// Ranks of the processes with tiles adjacent to own tiles.
+    /// Ranks of the other processes that own tiles adjacent to tiles of this process.
     pub(super) near: Vec<usize>,
-    /// Other processes that read each tile: its owner, and the owners of adjacent tiles.
+    /// For each tile, the other processes that own it or read its ghost cells.
     pub(super) seers: Vec<Vec<GhostReader>>,
-    /// For each tile: true if collisions around it change ghost cells of another process.
+    /// For each tile: true if collisions in it and its neighbours can change ghost cells of another
+    /// process.
     pub(super) tells: Vec<bool>,
-    /// For each colour of tiles: ranks that may need changes, and ranks that may send some.
+    /// For each colour of tiles: ranks of processes to which velocity changes are sent, and from
+    /// which they come.
     pub(super) colours: Vec<[Vec<usize>; 2]>,
-    /// True if any process was asked to stop, as all know since the last step.
+    /// True if any process was asked to stop, as all processes know since the last time step.
     pub(crate) ends: bool,
-    /// True if any process was asked to pause, as all know since the last step.
+    /// True if any process was asked to pause, as all processes know since the last time step.
     pub(crate) pauses: bool,
-    /// Largest speeds and energy over all processes, since the last exchange.
+    /// Largest speeds and kinetic energy over all processes, as of the last time step.
     pub(crate) stock: StepBounds<S>,
-    /// Number of steps since tiles changed owners.
+    /// Number of time steps since tiles last changed owners.
     pub(super) since: u64,
-    /// True if the root process holds all tiles for the time being.
+    /// True while the root process holds all tiles of the gas.
     pub(crate) is_united: bool,
 }
 
-/// A process that holds ghost cells of this tile.
+/// Process that reads ghost cells of a tile, and which cells.
 pub(super) struct GhostReader {
     pub(super) rank: u32,
-    /// Cells of the tile that the process reads; `None` for all.
+    /// Cells of the tile that the process reads, true or false for each; `None` for all.
     cells: Option<Vec<bool>>,
 }
 
@@ -53,7 +56,8 @@ impl GhostReader {
     }
 }
 
-/// Contents of a sorted tile: particle numbers by cell, and simulators.
+/// Content of a sorted tile as sent between processes: numbers of simulators by cell, and the
+/// simulators.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(crate) struct TileData<P: ParticleModel, F: DisplacementTracking<P::Space>> {
@@ -87,7 +91,8 @@ impl<S: Space> Subdomain<S> {
         self.owners[tile] as usize == self.me()
     }
 
-    /// Exchanges one message with each neighbour process, and returns the messages received.
+    /// Sends one message, `to(rank)`, to each neighbouring process, and returns the messages
+    /// received from them.
     pub(crate) fn with_near<T: Serialize + DeserializeOwned>(
         &self,
         mut to: impl FnMut(usize) -> T,
@@ -97,13 +102,15 @@ impl<S: Space> Subdomain<S> {
         came.iter().map(|bytes| from_bytes(bytes)).collect()
     }
 
-    /// Reader of a tile with this rank, if that process reads it.
+    /// Returns the entry of the process `rank` among those that read a tile; `None` if it does not
+    /// read the tile.
     pub(super) fn seer(&self, tile: usize, rank: usize) -> Option<&GhostReader> {
         let mut seers = self.seers[tile].iter();
         seers.find(|seer| seer.rank as usize == rank)
     }
 
-    /// Sets new owners. `margin`: number of ghost cells around a tile, for cross-cell schemes.
+    /// Sets the owners of all tiles, and derives neighbouring processes and ghost readers. `margin`
+    /// is the number of ghost cells around a tile; `None` for pairs within cells.
     pub(super) fn own(&mut self, grid: &Grid<S>, owners: Vec<u32>, margin: Option<usize>) {
         let me = self.me();
         let mut near: Vec<usize> = (0..owners.len())
@@ -160,7 +167,7 @@ impl<S: Space> Subdomain<S> {
     }
 }
 
-/// Numbers of a tile and its neighbours.
+/// Returns the numbers of a tile and of its adjacent tiles; in narrow boxes some repeat.
 pub(crate) fn tiles_around<S: Space>(
     grid: &Grid<S>,
     tile: usize,
@@ -208,7 +215,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         }
     }
 
-    /// Contents of the cells that another process reads.
+    /// Returns the data of those cells of the tile that another process reads.
     pub(super) fn part(&self, number: usize, seer: &GhostReader) -> TileData<P, F> {
         let mut content = TileData {
             tile: number as u32,
@@ -230,7 +237,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
             .collect()
     }
 
-    /// Cost of the tile: measured time \[s\], or an estimate before any step.
+    /// Returns the computing cost of the tile in a time step: the measured time \[s\], or an
+    /// estimate before any step.
     pub(super) fn cost(&self) -> f64 {
         if self.seconds > 0.0 {
             self.seconds
@@ -239,7 +247,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         }
     }
 
-    /// Estimated cost of a tile with this number of simulators, before any step \[s\].
+    /// Estimates the computing cost of a tile with this number of simulators, before any time step
+    /// \[s\].
     pub(super) fn guess(&self, simulators: usize) -> f64 {
         1e-9 * (simulators + self.cells()) as f64
     }
@@ -255,7 +264,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Tile<P, F> {
         self.simulators = content.simulators;
     }
 
-    /// Drops all simulators.
+    /// Removes all simulators from the tile and frees their memory.
     pub(super) fn empty(&mut self) {
         self.simulators = Vec::new();
         self.codes = Vec::new();

@@ -1,56 +1,61 @@
-//! Density windows cut by obstacles: they contain only cells on the same side.
+//! Windows of the local packing fraction that obstacles cut: they contain only cells and sub-cells
+//! in line of sight of their centre.
 
-/// A cell, or a sub-cell of a split one, whose particles count in density windows.
+/// Cell of a density window, or one of its sub-cells if an obstacle splits it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct WindowMember {
-    /// Coordinates of the cell along the first two axes.
+    /// Column and row of the cell in the grid.
     pub(crate) cell: [u32; 2],
-    /// Sub-cell; `None` in a cell that is not split.
+    /// Index of the sub-cell in its cell; `None` in a cell that is not split.
     pub(crate) sub_cell: Option<usize>,
 }
 
-/// Density window of a cell or sub-cell, in the plane of the first two axes.
+/// Density window of a cell or sub-cell that obstacles cut, in the plane of the first two axes.
 #[derive(Clone, Debug)]
 pub(crate) struct CutWindow<T> {
     pub(crate) centre: WindowCentre,
-    /// Cells and sub-cells in the window.
+    /// Cells and sub-cells that belong to the density window.
     pub(crate) members: Vec<T>,
 }
 
-/// The cell or sub-cell at the centre of a window.
+/// Cell or sub-cell at the centre of a density window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum WindowCentre {
-    /// A cell, by its coordinates along the first two axes.
+    /// Cell that is not split, by its column and row.
     Cell([u32; 2]),
-    /// A sub-cell, by its index among the sub-cells of all split cells.
+    /// Sub-cell of a split cell, by its index among the sub-cells of all split cells.
     SubCell(usize),
 }
 
-/// All cut windows, with the particles and the free area in them.
+/// All density windows that obstacles cut, with the area that particles cover in them and their
+/// free area.
 pub(crate) struct CutWindows {
     members: Vec<WindowMember>,
     windows: Vec<CutWindow<usize>>,
-    /// Index of the window of each sub-cell.
+    /// Index of the density window around each sub-cell of all split cells.
     of_sub_cells: Vec<usize>,
     layers: CellLayers,
-    /// Covered units in each window in each layer of cells.
+    /// Area that particles cover in each density window, in units of a largest particle, layer
+    /// after layer of cells.
     units: Vec<f64>,
-    /// Free area of each window in each layer \[cells\].
+    /// Free area in each density window, layer after layer \[cells\].
     rooms: Vec<f64>,
 }
 
-/// Layers of cells along the third axis, along which obstacles are prisms.
+/// Layers of cells along the third axis, the axis of prismatic obstacles: their number, and the
+/// window across them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellLayers {
     pub(crate) count: usize,
-    /// Half width of density windows \[cells\].
+    /// Half width of density windows along the third axis \[cells\].
     pub(crate) reach: usize,
-    /// True if density windows end at the faces of the box.
+    /// True if density windows end at the faces of the box along the third axis; false if it is
+    /// periodic.
     pub(crate) bounded: bool,
 }
 
 impl CellLayers {
-    /// Layers in a window around a layer.
+    /// Returns the layers of cells in the density window around a layer.
     fn layers_around(self, layer: usize) -> impl Iterator<Item = usize> {
         let Self {
             count,
@@ -65,8 +70,8 @@ impl CellLayers {
 }
 
 impl CutWindows {
-    /// Collects windows in the order of their centres. `sub_cells`: number of sub-cells of all
-    /// split cells.
+    /// Collects cut density windows, in the order of their centres. `sub_cells` is the number of
+    /// sub-cells of all split cells.
     pub(crate) fn new(
         windows: Vec<CutWindow<WindowMember>>,
         sub_cells: usize,
@@ -101,17 +106,20 @@ impl CutWindows {
         }
     }
 
-    /// Sets the units in all cells and sub-cells of the windows.
+    /// Sets the areas that particles cover in all density windows from those of cells and
+    /// sub-cells, given layer by layer, in units of a largest particle.
     pub(super) fn set_units(&mut self, units: &mut dyn FnMut(WindowMember, u32) -> f64) {
         self.units = self.sums(units);
     }
 
-    /// Sets the free area of all cells and sub-cells of the windows \[cells\].
+    /// Sets the free areas of all density windows \[cells\] from those of cells and sub-cells,
+    /// given layer by layer.
     pub(super) fn set_rooms(&mut self, room: &mut dyn FnMut(WindowMember, u32) -> f64) {
         self.rooms = self.sums(room);
     }
 
-    /// Sums of a value over each window in each layer.
+    /// Returns the sum of a value over the cells and sub-cells of each density window, layer after
+    /// layer.
     fn sums(&self, value: &mut dyn FnMut(WindowMember, u32) -> f64) -> Vec<f64> {
         let values: Vec<Vec<f64>> = (0..self.layers.count as u32)
             .map(|layer| {
@@ -131,7 +139,8 @@ impl CutWindows {
             .collect()
     }
 
-    /// Cells with a cut window, with its units and its free area.
+    /// Returns the cells with a cut density window, each with the area that particles cover in its
+    /// window, in units of a largest particle, and the window's free area \[cells\].
     pub(super) fn cells(&self) -> impl Iterator<Item = ([u32; 3], f64, f64)> + '_ {
         let places = (0..self.layers.count as u32).flat_map(|layer| {
             self.windows
@@ -147,7 +156,8 @@ impl CutWindows {
             })
     }
 
-    /// Units per cell of free area in the window of a sub-cell.
+    /// Returns the area that particles cover per cell of free area in the density window of a
+    /// sub-cell, in units of a largest particle; 0 without free area.
     pub(super) fn density(&self, sub_cell: usize, layer: u32) -> f64 {
         let place = self.of_sub_cells[sub_cell] + self.windows.len() * layer as usize;
         if self.rooms[place] > 0.0 {
@@ -157,7 +167,7 @@ impl CutWindows {
         }
     }
 
-    /// Memory of the density windows \[bytes\].
+    /// Returns the memory that the cut density windows occupy \[bytes\].
     pub(super) fn memory_bytes(&self) -> usize {
         let members = self.windows.iter().map(|window| window.members.capacity());
         size_of::<WindowMember>() * self.members.capacity()

@@ -1,4 +1,4 @@
-//! Domain-decomposed gas behind the common interface.
+//! Domain-decomposed DSMC gas behind the common interface `Simulation`: one gas, several processes.
 //!
 //! The root process drives the gas ([`simulate_distributed`]); the others serve it ([`serve_domain`]). While the
 //! gas advances each process holds its part. Reductions over particles ([`Simulation::reduce_particles`]) and
@@ -27,8 +27,8 @@ use crate::features::PROCESSES;
 use crate::parameters::DsmcError;
 use crate::particle::DisplacementTracking;
 
-/// Starts a gas that is decomposed over several processes. Called by the root
-/// process; the other processes call [`serve_domain`].
+/// Starts a gas that is decomposed over several processes. The root process calls it; the other
+/// processes call [`serve_domain`].
 ///
 /// # Errors
 /// As [`super::simulate`]; if another process cannot hold its part; and
@@ -41,7 +41,7 @@ pub fn simulate_distributed(
     lead(gas, StartSource::Start(starts), ranks)
 }
 
-/// Resumes a gas from a checkpoint, decomposed over several processes. Called by the root process;
+/// Resumes a gas from a checkpoint, decomposed over several processes. The root process calls it;
 /// the other processes call [`serve_domain`]. The checkpoint may come from any number of processes;
 /// each process reads its part of a sharded checkpoint.
 ///
@@ -77,12 +77,13 @@ fn lead(
     let header = led.as_ref().ok().map(|led| &led.header);
     broadcast(&**ranks, to_bytes(&header));
     let led = led?;
-    agree(&**ranks, Ok(()))?;
+    share_errors(&**ranks, Ok(()))?;
     (led.gas)()
 }
 
-/// Shares errors between processes: returns the own error, else the first of another process.
-fn agree(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError> {
+/// Exchanges errors between all processes: returns the error of this process, else that of the
+/// first process with one.
+fn share_errors(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError> {
     let why = mine.as_ref().err().map(ToString::to_string);
     let all = all_gather(ranks, to_bytes(&why));
     mine?;
@@ -97,8 +98,9 @@ fn agree(ranks: &dyn Ranks, mine: Result<(), DsmcError>) -> Result<(), DsmcError
 }
 
 /// Serves a part of a gas that the root process drives, until the root process drops the gas. All
-/// arguments but the start must equal those of the root process; the gas started with `count`
-/// particles in a box of sides `lengths`. `make` creates the sums that the root process asks for.
+/// arguments but the start must equal those of the root process; the gas starts with `count`
+/// particles in a box of sides `lengths`. `make` creates the reductions that the root process asks
+/// for.
 ///
 /// # Errors
 /// [`DsmcError`] if the gas cannot start in this or another process; [`DsmcError::OneProcess`]
@@ -129,24 +131,24 @@ pub fn serve_domain(
     });
     match begin(gas, source, &Serve(ranks.clone(), interrupt.clone(), make)) {
         Ok(served) => {
-            agree(&**ranks, Ok(()))?;
+            share_errors(&**ranks, Ok(()))?;
             served()
         }
-        Err(error) => agree(&**ranks, Err(error)),
+        Err(error) => share_errors(&**ranks, Err(error)),
     }
 }
 
-/// Root process: keeps the engine, which the other processes help to advance.
+/// Factory of the gas in the root process, which drives the engines of all processes.
 struct Lead(Arc<dyn Ranks>);
 
-/// Gas of the root process, and the data that the other processes need.
+/// Decomposed gas of the root process, with the data that the other processes need to start.
 struct Led {
     gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, DsmcError>>,
     header: GasHeader,
 }
 
-/// Checkpoint of a gas without its simulators, and the location of its shards; `None` if it has no
-/// shards.
+/// Checkpoint of a gas without its simulators, and the location of its shards (`None` without
+/// shards): broadcast to the other processes at the start.
 #[derive(Serialize, Deserialize)]
 struct GasHeader {
     kept: Vec<u8>,
@@ -183,7 +185,8 @@ impl Keep for Lead {
     }
 }
 
-/// Declares that several processes hold the gas; each reads its part of a sharded checkpoint.
+/// Declares that the processes `ranks` hold a new gas together; each reads its own tiles from a
+/// sharded checkpoint.
 fn begin_among<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &mut CellSimulation<P, F>,
     ranks: &Arc<dyn Ranks>,
@@ -194,10 +197,11 @@ fn begin_among<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         return Ok(());
     };
     let read = cells.engine.read_shards(&list, &beside);
-    agree(&**ranks, read)
+    share_errors(&**ranks, read)
 }
 
-/// Sum of squared displacements over all processes.
+/// Computes the sum of squared displacements over the simulators of all processes. All processes
+/// must call it.
 fn all_ways<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     ranks: &dyn Ranks,
     cells: &CellSimulation<P, F>,
@@ -205,8 +209,8 @@ fn all_ways<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     all_reduce(ranks, cells.squared_ways(), |sum, more| sum.merge(&more))
 }
 
-/// Reduces a sum over the particles of all processes in the root process, with neighbours up to
-/// `reach` if given.
+/// Reduces a sum over the particles of all processes to the root process; with neighbours up to the
+/// distance `reach`, if given \[length\]. All processes must call it.
 fn add_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &CellSimulation<P, F>,
     reach: Option<f64>,
@@ -220,8 +224,8 @@ fn add_all<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     reduce(ranks, sum);
 }
 
-/// Redistributes positions by equal strips of the first axis, one per process, and adds the
-/// simulators in and near the strip of this process to a sum.
+/// Distributes all positions by equal strips of the first axis, one for each process, and adds the
+/// simulators in and near the strip of this process to a sum. All processes must call it.
 fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &CellSimulation<P, F>,
     reach: f64,
@@ -278,7 +282,8 @@ fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     sum.close_group(me as u32);
 }
 
-/// Worker process: executes the commands of the root process.
+/// Factory of the gas in a process other than the root, which executes the commands of the root
+/// process.
 struct Serve(Arc<dyn Ranks>, Interrupt, ReductionFactory);
 
 impl Keep for Serve {
@@ -326,34 +331,34 @@ impl Keep for Serve {
     }
 }
 
-/// Observer of a process other than the root: it ignores collisions, but makes the engine record
-/// them, so that the root process can merge and show them.
+/// Observer in a process other than the root. It ignores collisions, but makes the engine log them,
+/// so that the root process can merge and show them.
 struct Looks;
 
 impl Observer for Looks {
     fn on_collisions(&mut self, _batch: &[stosszahl_model::Collision]) {}
 }
 
-/// Decomposed gas in the root process.
+/// Domain-decomposed gas in the root process, as a [`Simulation`].
 struct Among<P: ParticleModel, F: DisplacementTracking<P::Space>> {
-    /// Engine behind a lock, because read access may gather all tiles.
+    /// Engine of the root process, behind a lock because read access may gather all tiles.
     cells: Mutex<CellSimulation<P, F>>,
     ranks: Arc<dyn Ranks>,
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> Among<P, F> {
-    /// Locks the engine in its present state, for data that the root process always has.
+    /// Locks the engine without gathering tiles, for data that the root process always has.
     fn part(&self) -> MutexGuard<'_, CellSimulation<P, F>> {
         self.cells.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Reduces a sum over all processes.
+    /// Commands all processes to reduce a sum over particles, and adds up their results.
     fn add_by_all(&self, reach: Option<f64>, sum: &mut dyn DynReduction) {
         RootCommand::AddUp(reach, sum.kind_name().to_owned(), sum.save_bytes()).give(&*self.ranks);
         add_all(&self.part(), reach, sum, &*self.ranks);
     }
 
-    /// Locks the engine after gathering all simulators in the root process.
+    /// Locks the engine after all simulators were gathered in the root process.
     fn whole(&self) -> MutexGuard<'_, CellSimulation<P, F>> {
         let mut cells = self.part();
         if !cells.engine.is_whole() {

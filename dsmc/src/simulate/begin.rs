@@ -1,4 +1,5 @@
-//! Start and resume of engines of the types that a gas needs.
+//! Start and resumption of DSMC gases in cells: selects the engine type for dimension, sizes,
+//! roughness and displacements.
 
 use nalgebra::Vector3;
 use stosszahl_model::random::Streams;
@@ -15,22 +16,23 @@ use crate::engine::DsmcEngine;
 use crate::parameters::{DsmcError, Parameters};
 use crate::particle::{DisplacementTracking, Tracked, Untracked};
 
-/// Gas in cells: particles, parameters and boundaries; everything but its start.
+/// Settings of a DSMC gas in cells: particles, numerical parameters and boundaries; everything but
+/// its initial state.
 #[derive(Clone, Debug)]
 pub struct CellGas<'a> {
-    /// Particles: sizes, masses and collision law.
+    /// Sizes, masses and collision law of the particles.
     pub grains: &'a ParticleSpec,
-    /// The scheme and its resolution.
+    /// Collision scheme and numerical parameters.
     pub parameters: Parameters,
-    /// Boundary conditions; for disks, the third axis is ignored.
+    /// Boundary conditions of the box; in two dimensions the third axis is ignored.
     pub boundaries: &'a BoundaryConditions<Volume>,
-    /// Streams of random numbers.
+    /// Random streams of the run, by seed and replica.
     pub streams: Streams,
-    /// True if displacements can be tracked; smooth particles in a periodic box only.
+    /// True if displacements shall be measured; for smooth particles in a periodic box only.
     pub displacements: bool,
 }
 
-/// Starts cell-based Monte Carlo from particles in a box.
+/// Starts a DSMC gas from particles in a box, as a [`Simulation`].
 ///
 /// Several simulators per particle start from one state as [`crate::SimulatorStart`] says, or from
 /// as many independent states, where a state may not be shifted and rotated.
@@ -42,20 +44,21 @@ pub fn simulate(gas: &CellGas<'_>, starts: &[Particles]) -> Result<Box<dyn Simul
     begin(gas, StartSource::Start(starts), &Alone)
 }
 
-/// Checkpoint to resume from; all else must equal the start.
+/// Checkpoint from which a gas resumes, with the particle number and box of its start.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckpointSource<'a> {
     /// Number of particles at the start.
     pub count: usize,
     /// Sides of the box \[length\]; the third is 0 for disks.
     pub lengths: [f64; 3],
-    /// Bytes of [`Simulation::save_checkpoint`] or [`Simulation::checkpoint_in_shards`].
+    /// Bytes of the checkpoint, by [`Simulation::save_checkpoint`] or
+    /// [`Simulation::checkpoint_in_shards`].
     pub checkpoint: &'a [u8],
-    /// Location of the shards; `None` for a checkpoint without shards.
+    /// Location of the checkpoint's shards; `None` for a checkpoint without shards.
     pub beside: Option<&'a ShardLocation>,
 }
 
-/// Resumes a gas from a checkpoint.
+/// Resumes a DSMC gas from a checkpoint, as a [`Simulation`].
 ///
 /// # Errors
 /// As [`simulate`]; [`DsmcError::Checkpoint`] if the bytes are not of this engine, and
@@ -67,10 +70,11 @@ pub fn resume(
     begin(gas, StartSource::Checkpoint(left), &Alone)
 }
 
-/// Destination of a new engine: this process alone, or one of several processes.
+/// Factory of the object that a new engine becomes: a gas of this process alone, or the part of one
+/// of several processes.
 pub(super) trait Keep {
     type Kept;
-    /// True if shards stay unread, for the processes that own their tiles.
+    /// True if shards of a checkpoint are left unread, so that each process reads its own tiles.
     const SHARES: bool;
     fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
@@ -79,10 +83,10 @@ pub(super) trait Keep {
     ) -> Self::Kept;
 }
 
-/// Unread shards and their location.
+/// Shards of a checkpoint that are not yet read, with their location; `None` without shards.
 pub(super) type Shards = Option<(Vec<Shard>, ShardLocation)>;
 
-/// Destination of an engine driven by this process alone.
+/// Factory of a gas that this process holds and drives alone.
 struct Alone;
 
 impl Keep for Alone {
@@ -134,7 +138,7 @@ pub(super) fn begin<K: Keep>(
     }
 }
 
-/// Constructor of an engine whose types depend on the gas.
+/// Constructor of an engine whose type depends on the settings of the gas.
 struct Begin<'a, K> {
     gas: &'a CellGas<'a>,
     source: StartSource<'a>,
@@ -142,9 +146,9 @@ struct Begin<'a, K> {
 }
 
 impl<K: Keep> Begin<'_, K> {
-    /// Makes an engine of any particles. Rough ones always carry displacements: one vector more
-    /// each, but one engine type less to compile. Smooth ones do without the feature `untracked`;
-    /// collisions are the same.
+    /// Creates an engine for particles of any sizes. Rough ones always carry displacements: one
+    /// vector more each, but one engine type less to compile. Smooth ones do without the feature
+    /// `untracked`; collisions are the same.
     fn any<S: Space>(
         &self,
         count: usize,

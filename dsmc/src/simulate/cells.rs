@@ -1,4 +1,5 @@
-//! Cell-based Monte Carlo behind the common interface.
+//! DSMC gas of one process behind the common interface `Simulation`: advances in legs, checkpoints,
+//! measurements.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -17,38 +18,40 @@ use crate::decomposition::Shard;
 use crate::engine::DsmcEngine;
 use crate::particle::{DisplacementTracking, SimulatorOf};
 
-/// Number of simulator steps in one segment.
+/// Number of simulator steps (simulators times time steps) in one leg, the segment of a run between
+/// two checkpoints.
 const LEG: u64 = 5_000_000;
-/// Smallest number of time steps in one segment.
+/// Least number of time steps in one leg, the segment of a run between two checkpoints.
 const LEAST_LEG: u64 = 20;
 
-/// Name of the splitting and merging entry of [`Simulation::boundary_fluxes`].
+/// Name of the entry for splitting and merging simulators in [`Simulation::boundary_fluxes`].
 pub const BALANCE: &str = "splitting and merging";
 
-/// State of a decomposed or whole gas as a checkpoint stores it, with the shards of its simulators.
+/// Content of a saved checkpoint: the state of the gas, and the shards that hold its simulators.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "")]
 pub(super) struct CheckpointContent<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(super) gas: DsmcCheckpoint<P, F>,
     pub(super) follows: bool,
-    /// Shards with the simulators; empty if these are in `gas`.
+    /// Shards that hold the simulators; empty if these are in `gas`.
     pub(super) shards: Vec<Shard>,
 }
 
-/// Cell-based Monte Carlo engine behind [`Simulation`].
+/// DSMC engine behind the interface [`Simulation`], in one process or as the part of one of
+/// several.
 pub(super) struct CellSimulation<P: ParticleModel, F: DisplacementTracking<P::Space>> {
     pub(super) engine: DsmcEngine<P, F>,
-    /// True if displacements can be tracked.
+    /// True if displacements of simulators can be measured.
     pub(super) displacements: bool,
-    /// True if displacements are tracked.
+    /// True if displacements of simulators are being measured.
     pub(super) follows: bool,
-    /// Other processes that hold parts of the gas, and receive commands; `None` for a single
+    /// Other processes that hold parts of the gas and receive commands; `None` for a single
     /// process.
     pub(super) others: Option<Others>,
 }
 
 impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CellSimulation<P, F> {
-    /// Calls [`DsmcEngine::advance`] in all processes.
+    /// Advances the engines of all processes, as [`DsmcEngine::advance`].
     fn go(&mut self, until: f64, steps: u64, observer: &mut dyn Observer) -> bool {
         if let Some(others) = &self.others {
             others.advance(until, steps, observer.is_active());
@@ -56,7 +59,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CellSimulation<P, F> {
         self.engine.advance(until, steps, observer)
     }
 
-    /// Sums of squared displacements of the simulators of this process, tile by tile.
+    /// Computes the sums of squared displacements of the simulators in this process, tile by tile
+    /// \[length^2\].
     pub(super) fn squared_ways(&self) -> Totals {
         let mut squares = Totals::new(1);
         for tile in self.engine.tiles_here() {
@@ -68,8 +72,8 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> CellSimulation<P, F> {
         squares
     }
 
-    /// Mean squared displacement from sums over all simulators \[length^2\]; `None` without
-    /// simulators.
+    /// Computes the mean squared displacement from sums over all simulators \[length^2\]; `None`
+    /// without simulators.
     pub(super) fn mean_of(&self, squares: &Totals) -> Option<f64> {
         let sum: f64 = squares.values().iter().sum();
         (self.particle_count() > 0).then(|| sum / self.particle_count() as f64)

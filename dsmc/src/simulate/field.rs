@@ -1,15 +1,15 @@
-//! Field of gravity or uniform shear flow, chosen at run time: one engine type for both.
+//! Uniform gravity or shear flow, chosen at run time, so that both share one engine type.
 
 use stosszahl_model::{
     Field, Gravity, InvalidValue, Law, ParticleSpec, Scene, Sheared, Space, Species, Surface,
 };
 
-/// Field of a gas that may be sheared.
+/// Field of a gas, chosen at run time: uniform gravity or a uniform shear flow.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum UniformField<S: Space> {
-    /// Constant acceleration, which may be zero.
+    /// Uniform gravity, a constant acceleration that may be zero.
     Gravity(Gravity<S>),
-    /// Uniform shear flow, with velocities relative to it.
+    /// Uniform shear flow, with particle velocities relative to it.
     Sheared(Sheared),
 }
 
@@ -42,7 +42,8 @@ impl<S: Space> Field<S> for UniformField<S> {
     }
 }
 
-/// Creates the model of particles of any sizes with this surface, under gravity or in a shear flow.
+/// Creates the particle model for particles of any sizes with a surface, under gravity or in a
+/// shear flow.
 ///
 /// # Errors
 /// [`InvalidValue`] for sizes or fields that are not allowed.
@@ -61,7 +62,7 @@ pub(super) fn scene_of<S: Space, C: Surface<S>>(
     ))
 }
 
-/// Returns a model with its field replaced by `field` of it.
+/// Returns a particle model whose field is replaced by `field(old field)`.
 fn in_field<S, C, R, Z, F, G>(
     scene: Scene<S, C, R, Z, F>,
     field: impl FnOnce(F) -> G,

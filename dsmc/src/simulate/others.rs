@@ -1,4 +1,4 @@
-//! Commands of the root process to the other processes of a decomposed gas.
+//! Commands that the root process sends to the other processes of a domain-decomposed gas.
 
 use std::sync::Arc;
 
@@ -6,23 +6,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::decomposition::{Ranks, ShardLocation, broadcast, to_bytes};
 
-/// Command of the root process.
+/// Command of the root process, which all other processes of a decomposed gas execute.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) enum RootCommand {
-    /// Advances to a time, for at most a number of steps; `true` if collisions are observed.
+    /// Advance to a time \[time\], for at most a number of steps; `true` if collisions are
+    /// observed.
     Advance(f64, u64, bool),
-    /// Gathers all tiles in the root process.
+    /// Gather all tiles in the root process.
     Unite,
-    /// Adds own particles to the sum of this name, given empty; with neighbours up to a distance if
-    /// one is given.
+    /// Add the particles of each process to the reduction of this name, given empty as bytes; with
+    /// neighbours up to a distance \[length\], if given.
     AddUp(Option<f64>, String, Vec<u8>),
-    /// Restarts the tracking of displacements.
+    /// Restart the measurement of displacements from zero.
     DisplacementTracking,
-    /// Sums squared displacements.
+    /// Sum the squared displacements of all simulators.
     Ways,
-    /// Writes own tiles into files whose names begin with this stem.
+    /// Write the tiles of each process into a shard whose file name begins with this stem.
     Write(String, ShardLocation),
-    /// Ends the gas.
+    /// End the service of this gas.
     End,
 }
 
@@ -32,11 +33,12 @@ impl RootCommand {
     }
 }
 
-/// Other processes of a decomposed gas, from the root process.
+/// Other processes of a decomposed gas, as the root process commands them.
 pub(super) struct Others(pub(super) Arc<dyn Ranks>);
 
 impl Others {
-    /// Commands the other processes to advance.
+    /// Commands the other processes to advance to a time \[time\], for at most `steps` steps;
+    /// `looks` is true if collisions are observed.
     pub(super) fn advance(&self, until: f64, steps: u64, looks: bool) {
         RootCommand::Advance(until, steps, looks).give(&*self.0);
     }

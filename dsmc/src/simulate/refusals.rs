@@ -1,4 +1,4 @@
-//! Checks of a gas in cells before it has particles.
+//! Checks of the settings of a DSMC gas before its particles are created.
 
 use stosszahl_model::{
     Monodisperse, ParticleModel, ParticleSpec, SizeDistribution, Sizes as _, Smooth, Space,
@@ -11,21 +11,21 @@ use crate::grid::Grid;
 use crate::parameters::DsmcError;
 use crate::start::{check_choices, require_room};
 
-/// Largest number of cells that are checked; more would take long.
+/// Largest number of cells for which obstacles and walls are checked; more would take too long.
 const MOST_CELLS: usize = 4_000_000;
 
-/// Expected means over the particles of a gas that has not started.
+/// Expected box and means over the particles of a gas that has not started.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExpectedGas {
     /// Sides of the box; the third is 0 for disks \[length\].
     pub lengths: [f64; 3],
-    /// Mean radius of the particles \[length\].
+    /// Expected mean radius of the particles \[length\].
     pub mean_radius: f64,
-    /// Packing fraction of the start.
+    /// Expected packing fraction of the initial state.
     pub packing_fraction: f64,
 }
 
-/// Checks parameters, sizes and boundaries of a gas as [`super::simulate`] does, without its
+/// Checks parameters, sizes and boundaries of a gas as [`super::simulate`] does, but without its
 /// particles.
 ///
 /// # Errors

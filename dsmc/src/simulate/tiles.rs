@@ -1,4 +1,4 @@
-//! Access to simulators tile by tile, for distributed sums.
+//! Access to the simulators of a DSMC gas tile by tile, for sums that several processes compute.
 
 use stosszahl_model::ParticleModel;
 
@@ -10,12 +10,12 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Numbers of the tiles that this process holds.
+    /// Returns the numbers of the tiles that this process owns.
     pub(super) fn tiles_here(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.tiles.len()).filter(|&tile| self.tiles[tile].is_here)
     }
 
-    /// Calls `look` with each simulator of a tile and its weight, in particles.
+    /// Calls `look` for each simulator of a tile, with its weight (particles per simulator).
     pub(super) fn each_in(&self, tile: usize, mut look: impl FnMut(&SimulatorOf<P, F>, f64)) {
         let tile = &self.tiles[tile];
         for local in 0..tile.cells() {

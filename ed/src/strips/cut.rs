@@ -1,4 +1,5 @@
-//! Cuts a gas into strips, renews their halos, and joins the gas again.
+//! Domain decomposition of a disk gas into strips: cuts the gas, exchanges halos between strips,
+//! balances their load, and joins the gas again.
 //!
 //! A disk has one number in all strips: each strip has room for all disks, but holds only some of
 //! them. So disks and their lists are copied unchanged.
@@ -17,10 +18,12 @@ use crate::image_flags::ImageFlags;
 use crate::record::DiskRecord;
 use crate::strip_log::{SEAM, StripLog, StripRows};
 
-/// Fewest rows in a halo: the seam, and four that wrong events may enter.
+/// Least width of a halo in rows of cells: the row that neighbouring strips compare, and four rows
+/// in which events may be wrong.
 pub(super) const LEAST_HALO: i32 = 5;
 
-/// Returns the boundaries of `strips` strips of equal height; `None` if the box has too few rows.
+/// Returns the rows of cells at which `strips` strips of equal height begin and end; `None` if the
+/// box has too few rows.
 pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
     let strips = strips as i64;
     let cuts: Vec<i32> = (0..=strips)
@@ -29,8 +32,8 @@ pub(super) fn equal_cuts(rows: i32, strips: usize) -> Option<Vec<i32>> {
     widest_halo(&cuts).map(|_| cuts)
 }
 
-/// Returns the boundaries of strips moved by half of the way to equal work, if that leaves enough
-/// rows to each.
+/// Returns boundaries of strips, as rows of cells, moved half-way towards equal work of all strips;
+/// unchanged if a strip would get too few rows.
 pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     let each = work.iter().sum::<f64>() / work.len() as f64;
     let mut better = cuts.to_vec();
@@ -54,12 +57,12 @@ pub(super) fn better_cuts(cuts: &[i32], work: &[f64]) -> Vec<i32> {
     }
 }
 
-/// Returns half as many strips, but two at the least; `None` instead of two.
+/// Returns half the number of strips, but at least two; `None` for two strips.
 pub(super) fn fewer(strips: usize) -> Option<usize> {
     (strips > 2).then(|| (strips / 2).max(2))
 }
 
-/// Returns some of the boundaries, for fewer strips.
+/// Returns the boundaries of `strips` strips, selected from those of more strips.
 pub(super) fn fewer_cuts(cuts: &[i32], strips: usize) -> Vec<i32> {
     let before = cuts.len() - 1;
     (0..=strips)
@@ -67,16 +70,16 @@ pub(super) fn fewer_cuts(cuts: &[i32], strips: usize) -> Vec<i32> {
         .collect()
 }
 
-/// Largest number of rows of a halo with which no row is in more than two strips, and none twice in
-/// one; `None` if that is too few.
+/// Returns the largest width of halos in rows of cells such that no row is in more than two strips,
+/// and none twice in one; `None` if that is too narrow.
 pub(super) fn widest_halo(cuts: &[i32]) -> Option<i32> {
     let least = cuts.windows(2).map(|cut| cut[1] - cut[0]).min()?;
     let widest = least / 2 - SEAM;
     (widest >= LEAST_HALO).then_some(widest)
 }
 
-/// Visits the disks in some rows of cells, from list to list. The first disk of a list is requested
-/// from memory 64 lists before its turn, and the second 32.
+/// Calls `visit` for each disk in some rows of cells, cell by cell. The first disk of a cell is
+/// prefetched 64 cells before its turn, and the second 32.
 fn visit_rows<F: Field<Plane>>(
     disks: &DiskSystem<F>,
     rows: impl Iterator<Item = u16>,
@@ -102,14 +105,15 @@ fn visit_rows<F: Field<Plane>>(
     }
 }
 
-/// Returns the disks in some rows of cells.
+/// Returns the numbers of the disks in some rows of cells.
 fn in_rows<F: Field<Plane>>(disks: &DiskSystem<F>, rows: impl Iterator<Item = u16>) -> Vec<u32> {
     let mut numbers = Vec::new();
     visit_rows(disks, rows, |number, _| numbers.push(number));
     numbers
 }
 
-/// Disks of some rows of cells, in the order of their lists, with all their data.
+/// Disks of some rows of cells with all their data, as one strip passes them to another, in the
+/// order of the cell lists.
 pub(super) struct Parcel<P: ParticleModel> {
     numbers: Vec<u32>,
     disks: Vec<DiskRecord>,
@@ -133,7 +137,7 @@ impl<P: ParticleModel> Default for Parcel<P> {
 }
 
 impl<P: ParticleModel<Space = Plane>> Parcel<P> {
-    /// Fills the parcel with some rows of a strip.
+    /// Fills the parcel with all disks of some rows of cells of an engine, with their data.
     fn take_rows<Q: Calendar>(
         &mut self,
         from: &EventDrivenEngine<P, Q>,
@@ -151,13 +155,13 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
         take_rows(&self.numbers, &from.image_flags, &mut self.image_flags);
     }
 
-    /// Adds the parcel to a strip that has no disk in these rows.
+    /// Adds the disks of the parcel to a strip, which must have no disks in these rows of cells.
     fn put_into<Q: Calendar>(&self, strip: &mut EventDrivenEngine<P, Q>) {
-        give(&self.numbers, &self.disks, &mut strip.disks.all);
-        give(&self.numbers, &self.spins, &mut strip.spins);
-        give(&self.numbers, &self.last_contact, &mut strip.last_contact);
-        give(&self.numbers, &self.rebounds, &mut strip.rebounds);
-        give(&self.numbers, &self.image_flags, &mut strip.image_flags);
+        scatter_values(&self.numbers, &self.disks, &mut strip.disks.all);
+        scatter_values(&self.numbers, &self.spins, &mut strip.spins);
+        scatter_values(&self.numbers, &self.last_contact, &mut strip.last_contact);
+        scatter_values(&self.numbers, &self.rebounds, &mut strip.rebounds);
+        scatter_values(&self.numbers, &self.image_flags, &mut strip.image_flags);
         // Reverse order, because the list adds at its front.
         for &disk in self.numbers.iter().rev() {
             let place = strip.disks.cells.place(strip.disks.home(disk), 1, 1);
@@ -169,8 +173,8 @@ impl<P: ParticleModel<Space = Plane>> Parcel<P> {
     }
 }
 
-/// Copies the values of some disks from the list `all` of all disks to `some`, which stays empty if
-/// `all` is.
+/// Copies the values of the listed disks from `all`, with one value for each disk of the gas, to
+/// `some`. If `all` is empty, so is `some`.
 fn take_rows<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     some.clear();
     if !all.is_empty() {
@@ -178,15 +182,17 @@ fn take_rows<T: Copy>(disks: &[u32], all: &[T], some: &mut Vec<T>) {
     }
 }
 
-/// Copies the values `some` of some disks into the list `all` of all disks.
-fn give<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
+/// Writes the values `some` of the listed disks into `all`, which has one value for each disk of
+/// the gas.
+fn scatter_values<T: Copy>(disks: &[u32], some: &[T], all: &mut [T]) {
     for (&disk, &its) in disks.iter().zip(some) {
         all[disk as usize] = its;
     }
 }
 
-/// Removes disks from a strip; `numbers` holds all disks of some cells.
-fn forget<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
+/// Removes disks from the cell lists of a strip; `numbers` must hold all disks of the cells
+/// concerned.
+fn remove_disks<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
     for &number in numbers {
         let place = disks.cells.place(disks.home(number), 1, 1);
         disks.cells.set_first(place, NONE);
@@ -194,7 +200,8 @@ fn forget<F: Field<Plane>>(disks: &mut DiskSystem<F>, numbers: &[u32]) {
     }
 }
 
-/// Cuts a strip out of a gas, at an engine time.
+/// Creates the engine of one strip: copies the disks of its rows of cells from the whole gas at
+/// engine time `now`.
 pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &EventDrivenEngine<P, Q>,
     place: &StripRows,
@@ -249,11 +256,12 @@ pub(super) fn strip<P: ParticleModel<Space = Plane>, Q: Calendar>(
     }
 }
 
-/// Data exchanged between strips, by sender; the memory is reused in all windows.
+/// Parcels of disks that strips send to each other, indexed by sender; their memory is reused in
+/// all time windows.
 pub(super) type HaloExchange<P> = Vec<Vec<Parcel<P>>>;
 
-/// Gives new rows to strips. A strip keeps the rows of its old core; each other row comes from the
-/// strip that had it in its core.
+/// Gives each strip new rows of cells and fills its halos with current disks. A strip keeps the
+/// rows of its old core; all others come from the strip that had them in its core.
 pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
     strips: &mut [EventDrivenEngine<P, Q>],
     places: &[StripRows],
@@ -287,7 +295,7 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
             }
             let rows = (0..).zip(&window.is_foreign).filter(|(_, its)| **its);
             gone = in_rows(&strip.disks, rows.map(|(row, _)| row));
-            forget(&mut strip.disks, &gone);
+            remove_disks(&mut strip.disks, &gone);
         }
         for parcel in parcels {
             parcel.put_into(strip);
@@ -305,7 +313,8 @@ pub(super) fn renew<P: ParticleModel<Space = Plane>, Q: Calendar>(
     });
 }
 
-/// Joins a gas from its strips, without its calendar.
+/// Copies the disks of all strips back into the engine of the whole gas, without filling its
+/// calendar.
 pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &mut EventDrivenEngine<P, Q>,
     strips: &[EventDrivenEngine<P, Q>],
@@ -338,14 +347,14 @@ pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
             *place = owner as u8;
         }
     });
-    gather(&owners, strips, &mut whole.spins, |strip| &strip.spins);
-    gather(&owners, strips, &mut whole.last_contact, |strip| {
+    gather_values(&owners, strips, &mut whole.spins, |strip| &strip.spins);
+    gather_values(&owners, strips, &mut whole.last_contact, |strip| {
         &strip.last_contact
     });
-    gather(&owners, strips, &mut whole.rebounds, |strip| {
+    gather_values(&owners, strips, &mut whole.rebounds, |strip| {
         &strip.rebounds
     });
-    gather(&owners, strips, &mut whole.image_flags, |strip| {
+    gather_values(&owners, strips, &mut whole.image_flags, |strip| {
         &strip.image_flags
     });
     for strip in strips {
@@ -356,9 +365,9 @@ pub(super) fn join<P: ParticleModel<Space = Plane>, Q: Calendar>(
     }
 }
 
-/// Fills `all`, a list with one value for each disk, from the lists of the strips: the value of a
-/// disk comes from the strip that owns it. Does nothing if `all` is empty.
-fn gather<E: Sync, T: Copy + Send + Sync>(
+/// Fills `all`, with one value for each disk, from the lists `of` the strips: each value comes from
+/// the strip that owns the disk. Does nothing if `all` is empty.
+fn gather_values<E: Sync, T: Copy + Send + Sync>(
     owners: &[u8],
     strips: &[E],
     all: &mut [T],

@@ -1,4 +1,5 @@
-//! Results that depend on the order of all events, from the logs of strips.
+//! Merge of the event logs of all strips in order of time: work counters, wall ledgers, signs of
+//! collapse, and the collisions passed to observers.
 
 use std::iter;
 
@@ -11,7 +12,8 @@ use crate::collapse::{CollapseDetector, PATIENCE};
 use crate::engine::EventDrivenEngine;
 use crate::strip_log::{LoggedContact, SEAM, StripEdge, StripLog};
 
-/// Farthest rows that wrong events entered at an edge, over the rows of a halo beyond the seam.
+/// Returns how far wrong events came into the halos at a boundary between two strips, as a fraction
+/// of the halo beyond the row that both strips compare.
 pub(super) fn entered<S>(lower: &StripEdge<S>, upper: &StripEdge<S>) -> f64 {
     let halo = lower.rows.len() / 2;
     let parts = |row: &usize| lower.rows[*row] != upper.rows[*row];
@@ -21,18 +23,18 @@ pub(super) fn entered<S>(lower: &StripEdge<S>, upper: &StripEdge<S>) -> f64 {
     below.max(above) as f64 / (halo - SEAM as usize) as f64
 }
 
-/// Approximate number of contacts of all strips in one span of time of their logs.
+/// Approximate number of contacts in one span of time into which the logs are divided for sorting.
 const PART: usize = 512;
 
-/// Contact, and the strip in whose core it was.
+/// Contact with the index of the strip in whose core it happened.
 type Logged = (usize, LoggedContact);
 
-/// Contacts of all strips in the order of time, simultaneous ones by their disks. Mostly a few are
-/// needed: only their spans of time are sorted.
+/// Logged contacts of all strips, in spans of time. Mostly a few contacts are needed in order of
+/// time: only their spans are sorted. Simultaneous contacts are ordered by their disks.
 struct Logs<'a> {
-    /// Log of each strip in each span of time; simultaneous contacts are in the same span.
+    /// Part of each strip's log in each span of time; simultaneous contacts are in the same span.
     parts: Vec<Vec<&'a [LoggedContact]>>,
-    /// Number of contacts before each span of time, and their total number.
+    /// Number of contacts before each span of time, and the total number at the end.
     begins: Vec<usize>,
 }
 
@@ -69,7 +71,7 @@ impl<'a> Logs<'a> {
         self.begins[self.parts.len()]
     }
 
-    /// Returns the contact with the given index in the order of time.
+    /// Returns the logged contact of all strips with the given index in order of time.
     fn nth(&self, index: usize) -> LoggedContact {
         let number = self.begins.partition_point(|begin| *begin <= index) - 1;
         let (part, index) = (&self.parts[number], index - self.begins[number]);
@@ -82,27 +84,29 @@ impl<'a> Logs<'a> {
             before += begin;
             &log[begin..log.partition_point(|its| its.now <= time)]
         });
-        let simultaneous = merged(simultaneous.collect());
+        let simultaneous = merge_logs(simultaneous.collect());
         simultaneous[index - before].1
     }
 
-    /// Returns the last contact that counts, with its strip.
+    /// Returns the last contact in order of time for which `counts` is true, with the index of its
+    /// strip.
     fn last(&self, counts: impl Fn(&LoggedContact) -> bool) -> Option<Logged> {
         let has_some =
             |part: &&Vec<&[LoggedContact]>| part.iter().any(|log| log.iter().any(&counts));
         let part = self.parts.iter().rev().find(has_some)?;
-        let mut contacts = merged(part.clone()).into_iter().rev();
+        let mut contacts = merge_logs(part.clone()).into_iter().rev();
         contacts.find(|(_, contact)| counts(contact))
     }
 
-    /// Returns all contacts, merged by all threads.
+    /// Returns the contacts of all strips in order of time, sorted by all threads, one list for
+    /// each span.
     fn merge_contacts(&self) -> Vec<Vec<Logged>> {
-        each_of(true, self.parts.iter(), |_, part| merged(part.clone()))
+        each_of(true, self.parts.iter(), |_, part| merge_logs(part.clone()))
     }
 }
 
-/// Merges logs into one.
-fn merged(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
+/// Merges the logs of several strips into one list in order of time.
+fn merge_logs(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
     let mut all = Vec::with_capacity(logs.iter().map(|log| log.len()).sum());
     loop {
         let mut first: Option<Logged> = None;
@@ -126,8 +130,8 @@ fn merged(mut logs: Vec<&[LoggedContact]>) -> Vec<Logged> {
     }
 }
 
-/// Adds the results of strips to the whole, except their disks. False, and nothing is changed, if
-/// an engine alone would have stopped.
+/// Adds counters, ledgers and collisions of all strips to the engine of the whole gas. Returns
+/// false and changes nothing if the engine alone would have stopped, as at a collapse.
 pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole: &mut EventDrivenEngine<P, Q>,
     strips: &[EventDrivenEngine<P, Q>],
@@ -175,7 +179,7 @@ pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
         let contacts = logs.merge_contacts();
         let contacts = contacts.iter().flatten();
         if recorder.looks() {
-            observe(contacts.clone(), observed, recorder);
+            pass_collisions(contacts.clone(), observed, recorder);
         }
         for (strip, contact) in contacts {
             if contact.pair[1] == NONE
@@ -193,8 +197,8 @@ pub(super) fn merge<P: ParticleModel<Space = Plane>, Q: Calendar>(
     whole.now = latest.fold(whole.now, f64::max);
     true
 }
-/// Passes the collisions of all strips to an observer.
-fn observe<'a>(
+/// Passes the collisions of all strips to an observer, in order of time.
+fn pass_collisions<'a>(
     contacts: impl Iterator<Item = &'a Logged>,
     observed: &[Vec<Collision>],
     recorder: &mut Recorder<'_>,
@@ -238,7 +242,7 @@ mod tests {
                 })
                 .collect();
             let logs: Vec<&[LoggedContact]> = logs.iter().map(Vec::as_slice).collect();
-            let all = merged(logs.clone());
+            let all = merge_logs(logs.clone());
             let found = Logs::new(&logs);
             assert_eq!(found.len(), all.len());
             assert_eq!(found.merge_contacts().concat(), all);

@@ -57,51 +57,60 @@ use crate::events::{Goal, Leap};
 use crate::strip_log::{SEAM, StripLog, StripRows};
 use cut::{HaloExchange, LEAST_HALO};
 
-/// Cost of a window, in collisions per disk: halos, logs and idle threads.
+/// Overhead of one time window in strips, in units of the work for one collision per disk: halos,
+/// logs and idle threads.
 const COST: f64 = 0.009;
 
-/// First guess of the rows of a halo beyond the seam for a window of one collision per disk.
+/// Initial estimate of the halo width for a time window of one collision per disk, in rows of cells
+/// beyond the row that neighbouring strips compare.
 const FIRST_DEPTH: f64 = 20.0;
 
-/// Factor on the depth of the halo after a window in which wrong events did not come far.
+/// Factor by which the estimated halo width shrinks after a window in which wrong events did not
+/// come far.
 const DECAY: f64 = 0.97;
 
-/// Fewest collisions per disk for which strips pay.
+/// Least number of collisions per disk in an advance for which strips are faster than one thread.
 const WORTH_STRIPS: f64 = 0.08;
-/// Fewest collisions per disk for which one more window pays.
+/// Least number of collisions per disk for which one more time window in strips is faster than one
+/// thread.
 const WORTH: f64 = 0.03;
 
-/// Most disks whose next contacts are sampled.
+/// Largest number of disks from whose predicted contacts the collision rate is estimated.
 const ASKED: usize = 10_000;
 
-/// Windows after which the gas is joined; it returns to that state if a later window is wrong.
+/// Number of time windows after which the strips are joined to a committed state; the gas returns
+/// there if a later window is wrong.
 const MOST_BEHIND: usize = 4;
 
-/// Largest share of the rows of a halo beyond the seam that wrong events may enter, so that one
-/// window in some hundreds is wrong.
+/// Initial limit for how far wrong events may come into a halo, as a fraction of its width: one
+/// window in some hundreds is then wrong.
 const ENTERED: f64 = 0.6;
-/// Factor on [`ENTERED`] after a wrong window.
+/// Factor on the permitted depth of wrong events in a halo after a rejected time window.
 const ENTERED_AFTER_WRONG: f64 = 0.8;
-/// Factor on [`ENTERED`] after a window that was kept.
+/// Factor on the permitted depth of wrong events in a halo after an accepted time window.
 const ENTERED_GROWTH: f64 = 1.002;
 
-/// Most windows in a row that may be wrong, until the gas advances alone.
+/// Largest number of rejected time windows in a row; after that the gas advances without strips.
 const MOST_RETRIES: u32 = 8;
 
-/// Most collisions per disk in a window: they are logged.
+/// Largest number of collisions per disk in a time window without observer, which limits the memory
+/// of logs.
 const MOST_LOGGED: f64 = 4.0;
-/// Most collisions per disk in a window with an observer.
+/// Largest number of collisions per disk in a time window with an observer.
 const MOST_OBSERVED: f64 = 1.0;
 
-/// Share of the remaining collisions, less some standard deviations, that a window aims at.
+/// Fraction of the remaining collisions of an advance that a time window may use, after subtraction
+/// of [`DEVIATIONS`] standard deviations.
 const AIM: f64 = 0.99;
-/// Number of the standard deviations that a window stays below [`AIM`].
+/// Number of standard deviations of the number of collisions by which a time window stays below the
+/// remaining collisions.
 const DEVIATIONS: f64 = 5.0;
 
-/// Strips of a gas that is spread over threads, and the work in them. No result depends on them.
+/// Domain decomposition of a gas into parallel strips: number, cuts, adaptive parameters and work
+/// counters. Results do not depend on any of them.
 #[derive(Clone, Debug)]
 pub struct StripSettings {
-    /// Number of strips, each for a thread; fewer than two mean none.
+    /// Number of strips, one for each thread; fewer than two mean no decomposition.
     pub strips: usize,
     /// Number of time windows accepted, because the histories of neighbouring strips agreed.
     pub windows: u64,
@@ -114,14 +123,16 @@ pub struct StripSettings {
     pub twice: u64,
     /// Number of events in rejected time windows, all strips together.
     pub lost: u64,
-    /// Rows of the halo beyond the seam that a window of one collision per disk needs; one of n
-    /// needs the root of n times as many.
+    /// Halo width that a time window of one collision per disk needs, in rows of cells beyond the
+    /// row that neighbouring strips compare; for n collisions per disk it is √n times as wide.
     depth: f64,
-    /// Share of the rows of a halo that wrong events may enter.
+    /// Permitted depth of wrong events in a halo, as a fraction of its width beyond the row that
+    /// neighbouring strips compare.
     entered: f64,
-    /// Rate of collisions in engine time, in the last window or as expected.
+    /// Collision rate of the gas, in collisions per unit of engine time: of the last time window,
+    /// or estimated.
     rate: f64,
-    /// Rows of cells at which strips begin, and where the last ends; empty if not known yet.
+    /// Rows of cells at which strips begin, and where the last one ends; empty if not yet chosen.
     cuts: Vec<i32>,
 }
 
@@ -142,9 +153,11 @@ impl Default for StripSettings {
     }
 }
 
-/// Last joined state of the gas, while its strips are ahead of it.
+/// Clock and counters of the whole gas when its strips were last joined, and the time windows
+/// simulated since: the gas returns there if a window is wrong.
 struct CommittedState {
-    /// Windows since then: the strips of each, and its end.
+    /// Time windows since the strips were last joined: rows of cells of each strip, and end in
+    /// engine time.
     windows: Vec<(Vec<StripRows>, f64)>,
     now: f64,
     tally: EventCounters,
@@ -153,7 +166,7 @@ struct CommittedState {
 }
 
 impl CommittedState {
-    /// Creates the state of an engine without strips ahead of it.
+    /// Creates the committed state of an engine at the current time, with no time windows after it.
     fn new<P: ParticleModel<Space = Plane>, Q: Calendar>(engine: &EventDrivenEngine<P, Q>) -> Self {
         Self {
             windows: Vec::new(),
@@ -165,19 +178,22 @@ impl CommittedState {
     }
 }
 
-/// Outcome of a window.
+/// Outcome of the comparison of neighbouring strips after a time window.
 enum Outcome {
-    /// The window is right, and wrong events came this far into a halo.
+    /// The time window is accepted; wrong events came this far into a halo, as a fraction of its
+    /// width.
     Kept(f64),
-    /// Wrong events came through a halo.
+    /// The time window is rejected: wrong events crossed a halo, and event histories of
+    /// neighbouring strips differ at their boundary.
     Wrong,
-    /// More collisions happened than were wanted.
+    /// The time window had more collisions than the log or the advance allows.
     TooMany,
-    /// An event happened that an engine alone has to process.
+    /// Something happened that only an engine without strips can process, such as signs of
+    /// collapse.
     Unusual,
 }
 
-/// Observer that keeps all collisions.
+/// Observer that stores all collisions, if `looks` is true.
 struct Keep {
     looks: bool,
     all: Vec<Collision>,
@@ -193,15 +209,16 @@ impl Observer for Keep {
     }
 }
 
-/// Strips of a gas, each an engine with a thread of its own.
+/// Strips of a gas: their settings, and one engine for each.
 struct Strips<P: ParticleModel, Q: Calendar> {
     settings: StripSettings,
-    /// Engines of the strips, kept from one advance to the next; empty once the gas has advanced
-    /// alone.
+    /// Engines of the strips, kept from one advance to the next; empty after an advance without
+    /// strips.
     strips: Vec<EventDrivenEngine<P, Q>>,
 }
 
-/// Engine whose gas may be cut into strips, one for each thread, with the bytes of one engine.
+/// Event-driven engine whose gas may be decomposed into strips, one for each thread, with the same
+/// bytes as without.
 pub struct StripedEngine<P: ParticleModel, Q: Calendar = Buckets> {
     engine: EventDrivenEngine<P, Q>,
     strips: Strips<P, Q>,
@@ -212,8 +229,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Spreads an engine over this many strips, one for each thread of the present pool, if its gas
-    /// is large enough.
+    /// Creates an engine that decomposes its gas into `strips` strips, one for each thread of the
+    /// current pool, if the gas is large enough.
     pub fn new(engine: EventDrivenEngine<P, Q>, strips: usize) -> Self {
         let settings = StripSettings {
             strips,
@@ -222,7 +239,8 @@ where
         Self::with_settings(engine, settings)
     }
 
-    /// Spreads an engine as another gas was spread.
+    /// Creates an engine that decomposes its gas by given settings, as taken from an earlier
+    /// engine.
     pub(crate) fn with_settings(
         mut engine: EventDrivenEngine<P, Q>,
         settings: StripSettings,
@@ -235,7 +253,8 @@ where
         }
     }
 
-    /// Advances like [`EventDrivenEngine::advance`].
+    /// Advances the gas to the time `until` \[time\] or by a number of collisions, like
+    /// [`EventDrivenEngine::advance`].
     ///
     /// # Errors
     /// As [`EventDrivenEngine::advance`].
@@ -249,7 +268,7 @@ where
         (self.engine).advance_with(strips, until, most_collisions, observer)
     }
 
-    /// Spreads the gas over another number of strips.
+    /// Sets the number of strips for the advances that follow.
     pub fn spread_over(&mut self, strips: usize) {
         if strips != self.strips.settings.strips {
             self.strips.settings.cuts.clear();
@@ -259,7 +278,7 @@ where
         self.engine.parallel = strips > 1;
     }
 
-    /// Returns the strips and the work in them so far.
+    /// Returns the settings of the strips, with the counters of their work so far.
     pub fn settings(&self) -> &StripSettings {
         &self.strips.settings
     }
@@ -274,23 +293,23 @@ where
         self.engine
     }
 
-    /// Sets the interrupt that ends an advance, as [`EventDrivenEngine::set_stop_flag`].
+    /// Sets an interrupt that breaks off an advance, as [`EventDrivenEngine::set_stop_flag`] does.
     pub fn set_stop_flag(&mut self, interrupt: &Interrupt) {
         self.engine.set_stop_flag(interrupt);
     }
 
-    /// Sets the interruption of an advance, with its state.
+    /// Sets the interrupt of an advance together with its state.
     pub(crate) fn set_interruption(&mut self, stop: Interruption) {
         self.engine.stop = stop;
     }
 
-    /// Frees the memory of strips and returns all data from which the run resumes.
+    /// Frees the memory of the strips, and returns a checkpoint from which the run resumes.
     pub(crate) fn land(&mut self) -> EventDrivenCheckpoint<P> {
         self.strips.drop_kept();
         self.engine.checkpoint()
     }
 
-    /// Memory held \[bytes\].
+    /// Returns the memory that the engine and its strips occupy \[bytes\].
     pub fn memory_bytes(&self) -> usize {
         let strips = self
             .strips
@@ -306,8 +325,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Advances towards a goal in strips, as far as that pays. True if its time was reached, with
-    /// fewer collisions than its last.
+    /// Advances the gas in strips towards a goal, as far as this is faster than one thread. True if
+    /// the time of the goal was reached, with fewer collisions than its limit.
     fn leap_towards(
         &mut self,
         whole: &mut EventDrivenEngine<P, Q>,
@@ -412,8 +431,8 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Finds the boundaries of strips for a leap towards a goal, and the engine time at which it
-    /// ends at the latest; `None` if it does not pay.
+    /// Returns the boundaries of the strips for an advance to a goal, and the engine time at which
+    /// it ends at the latest; `None` if strips are not worth while.
     fn prepare(&mut self, whole: &EventDrivenEngine<P, Q>, goal: &Goal) -> Option<(Vec<i32>, f64)> {
         // Not for sliding rows, which step all at once.
         if self.settings.strips < 2 || P::Field::SHEARED {
@@ -443,8 +462,8 @@ where
         Some((cuts, end))
     }
 
-    /// Returns the rows of each strip between boundaries. The wider the halo, the longer a window
-    /// may be, and the more is done twice: the cost 2 h/H + c (v/(h - s))² of strips of H rows,
+    /// Returns the rows of cells of each strip, with the halo of least cost. A wider halo allows
+    /// longer windows but repeats more work: the cost 2 h/H + c (v/(h - s))² of strips of H rows,
     /// with the depth v, is least at h = s + (c v² H)^(1/3).
     fn places(&self, whole: &EventDrivenEngine<P, Q>, cuts: &[i32]) -> Vec<StripRows> {
         let cells = &whole.disks.cells;
@@ -467,8 +486,8 @@ where
         (0..strips).map(place).collect()
     }
 
-    /// Returns the boundaries of the most strips that the gas can be cut into, if windows pay in
-    /// them; else of half as many, and so on down to two. Existing strips keep theirs.
+    /// Returns the boundaries of as many strips as the settings ask for, or of half as many and so
+    /// on down to two, if only these pay; `None` if none do. Existing strips keep their boundaries.
     fn cuts(&self, whole: &EventDrivenEngine<P, Q>) -> Option<Vec<i32>> {
         if !self.strips.is_empty() {
             return Some(self.settings.cuts.clone());
@@ -492,20 +511,21 @@ where
         numbers.filter_map(of).find(pays)
     }
 
-    /// Collisions per disk in a window that wrong events do not come through.
+    /// Returns the largest number of collisions per disk in a time window such that wrong events
+    /// almost never cross a halo.
     fn longest(&self, place: &StripRows) -> f64 {
         (f64::from(place.halo - SEAM) / self.settings.depth).powi(2)
     }
 
-    /// Returns the largest number of collisions per disk in a time window that almost surely ends
-    /// before the collision with the number `last`.
+    /// Returns the largest number of collisions per disk for a time window that almost surely ends
+    /// before the run's collision number `last`.
     fn window_limit(whole: &EventDrivenEngine<P, Q>, last: u64) -> f64 {
         let to_go = (last - whole.tally.collisions) as f64;
         AIM * (to_go - DEVIATIONS * to_go.sqrt()) / whole.names.len() as f64
     }
 
-    /// Gives rows to strips, which are created at first. While strips exist, the whole gas has no
-    /// events.
+    /// Gives each strip its rows of cells for the next time window, and creates the strips if there
+    /// are none. While strips exist, the calendar of the whole gas is empty.
     fn give_places(
         whole: &mut EventDrivenEngine<P, Q>,
         strips: &mut Vec<EventDrivenEngine<P, Q>>,
@@ -523,8 +543,8 @@ where
         }
     }
 
-    /// Runs all strips to an engine time, each on a thread. Returns whether they reached it, and
-    /// the collisions for an observer.
+    /// Advances all strips in parallel to an engine time, one thread each. Returns true if all
+    /// reached it, and their collisions if an observer `looks`.
     fn run_all(
         strips: &mut [EventDrivenEngine<P, Q>],
         goal: &Goal,
@@ -552,9 +572,9 @@ where
         (!ended.contains(&false), observed)
     }
 
-    /// Repeats in strips, with the same events, the time windows that were verified, so that the
-    /// gas has the state before the first wrong window. Returns the strips, if any window was
-    /// repeated. An interrupt ends the repetition: the gas then has the state of some windows ago.
+    /// Repeats the accepted time windows since the last joined state, with the same events, so that
+    /// the gas has the state before the first wrong window. Returns the strips if any window was
+    /// repeated. An interrupt ends the repetition early, some windows back.
     fn catch_up(
         whole: &mut EventDrivenEngine<P, Q>,
         behind: CommittedState,
@@ -591,12 +611,14 @@ where
         strips
     }
 
-    /// Number of events of a strip that are too many for a gas with usual progress.
+    /// Returns the largest number of events of a strip in one time window; a strip that reaches it
+    /// makes no usual progress and stops.
     fn most_events(whole: &EventDrivenEngine<P, Q>, strips: usize) -> u64 {
         200 * (whole.names.len() / strips) as u64 + 1_000_000
     }
 
-    /// Rate of collisions in engine time, to a factor of two, from the next contacts of some disks.
+    /// Estimates the collision rate of the gas per unit of engine time, within a factor of two,
+    /// from the predicted contacts of some disks.
     fn rate_to_come(whole: &EventDrivenEngine<P, Q>) -> f64 {
         let every = 1 + whole.disks.all.len() / ASKED;
         let contacts = whole.disks.all.iter().step_by(every);
@@ -609,8 +631,9 @@ where
         0.75 * every as f64 * rate(waits)
     }
 
-    /// Length of the next window, in engine time; `None` if it does not pay. A last window before
-    /// the end of an advance may be shorter, which still costs less than one thread.
+    /// Returns the length of the next time window in engine time; `None` if it is too short to pay.
+    /// A last window before the end of an advance may be shorter, which still costs less than one
+    /// thread.
     fn window(
         &self,
         whole: &EventDrivenEngine<P, Q>,
@@ -631,7 +654,9 @@ where
         (collisions >= WORTH && rate.is_finite()).then(|| collisions * disks / rate)
     }
 
-    /// Compares the histories of neighbouring strips.
+    /// Compares the event histories of neighbouring strips in the rows next to their boundaries
+    /// after a time window, and returns its outcome. `left` is the number of collisions that remain
+    /// of the advance.
     fn examine(strips: &[EventDrivenEngine<P, Q>], left: u64) -> Outcome {
         let windows: Vec<&StripLog<P>> = strips
             .iter()
@@ -662,7 +687,8 @@ where
         Outcome::Kept(entered)
     }
 
-    /// Adapts the next windows to the last one, and updates the counts.
+    /// Adapts halo depth, its permitted fraction and the collision rate to the outcome of the last
+    /// time window, and updates the counters.
     fn learn(
         &mut self,
         disks: usize,

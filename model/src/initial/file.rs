@@ -1,5 +1,5 @@
-//! Starts read from a file: CSV, extended XYZ, a dump or data file of LAMMPS, GSD, or the `.sph` of
-//! EDMD.
+//! Initial states read from a file: CSV, extended XYZ, a dump or data file of LAMMPS, GSD, or the
+//! `.sph` of EDMD.
 
 mod csv;
 mod gsd;
@@ -15,7 +15,7 @@ use std::{fs, io};
 use rows::SourceFile;
 pub use rows::{FileError, StartFile};
 
-/// Endings of the names of start files.
+/// File name endings of the formats of initial states that can be read.
 pub const ENDINGS: [&str; 9] = [
     ".csv",
     ".xyz",
@@ -28,11 +28,11 @@ pub const ENDINGS: [&str; 9] = [
     ".sph",
 ];
 
-/// Boxes that formats with a general box may have.
+/// Description of the boxes allowed in formats with a general box, for error messages.
 const TILTED: &str =
     "a box with sides along x, y and z, or in a shear flow one that is tilted by xy alone";
 
-/// Reads a start file; the ending of its name decides the format.
+/// Reads an initial state from a file; the ending of its name decides the format.
 ///
 /// # Errors
 /// [`FileError`] names the file, the line, what was found and what belongs there.
@@ -52,7 +52,7 @@ pub fn read_start_file(path: &Path) -> Result<StartFile, FileError> {
     read_bytes(path, fs::read(path).map_err(failed)?)
 }
 
-/// Reads the bytes of a start file; the ending of its path decides the format.
+/// Reads an initial state from the bytes of a file; the ending of its path decides the format.
 ///
 /// # Errors
 /// As [`read_start_file`].
@@ -69,13 +69,13 @@ pub fn read_bytes(path: &Path, bytes: Vec<u8>) -> Result<StartFile, FileError> {
     read_text(&source, text.trim_start_matches('\u{feff}'))
 }
 
-/// Returns the ending of a path in lower case, without the dot; empty without one.
+/// Returns the file name ending of a path in lower case, without the dot; empty without one.
 fn ending_of(path: &Path) -> String {
     let ending = path.extension().and_then(|ending| ending.to_str());
     ending.map_or_else(String::new, str::to_ascii_lowercase)
 }
 
-/// Reads the text of a start file.
+/// Reads an initial state from the text of a file, in the format of its name's ending.
 fn read_text(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let ending = ending_of(source.path);
     match ending.as_str() {

@@ -1,4 +1,4 @@
-//! Square and hexagonal lattices that fit a periodic box.
+//! Square and hexagonal lattices of disks that fit a periodic box.
 
 use nalgebra::{Vector2, vector};
 use rand::Rng;
@@ -8,23 +8,26 @@ use super::placement::{PlacedDisks, PlacementError};
 use crate::domain::Domain;
 use crate::space::Plane;
 
-/// A lattice of at least as many sites as disks, commensurate with the box.
+/// Square-like or hexagon-like lattice commensurate with a periodic box, with at least as many
+/// sites as disks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     name: &'static str,
-    /// Number of columns and rows.
+    /// Number of columns and rows of the lattice.
     counts: [usize; 2],
-    /// True if odd rows are shifted by half a column.
+    /// True for the hexagon-like lattice, whose odd rows are shifted by half a column.
     staggered: bool,
     lengths: [f64; 2],
 }
 
-/// Returns the square-like lattice with the largest shortest distance that holds `count` disks.
+/// Returns, of all square-like lattices in the box with sites for `count` disks, the one with the
+/// widest spacing.
 pub fn square(count: usize, domain: &Domain<Plane>) -> Lattice {
     best(count, domain, "square", false)
 }
 
-/// Returns the hexagon-like lattice with the largest shortest distance that holds `count` disks.
+/// Returns, of all hexagon-like lattices in the box with sites for `count` disks, the one with the
+/// widest spacing.
 pub fn hexagonal(count: usize, domain: &Domain<Plane>) -> Lattice {
     best(count, domain, "hexagonal", true)
 }
@@ -49,7 +52,8 @@ fn best(count: usize, domain: &Domain<Plane>, name: &'static str, staggered: boo
 }
 
 impl Lattice {
-    /// Shortest distance of two sites, periodic images of one site included \[length\].
+    /// Returns the shortest distance between two sites of the lattice, periodic images of one site
+    /// included \[length\].
     pub fn spacing(&self) -> f64 {
         let [a, h] = [0, 1].map(|axis| self.lengths[axis] / self.counts[axis] as f64);
         if self.staggered {
@@ -73,7 +77,8 @@ impl Lattice {
         ]
     }
 
-    /// Returns the shortest reciprocal vectors, half of them (the other half are their negatives).
+    /// Returns the shortest reciprocal lattice vectors, as mode numbers; half of them, as the
+    /// others are their negatives.
     fn reciprocal(&self) -> Vec<[i32; 2]> {
         let [columns, rows] = self.counts.map(|count| count as i32);
         if self.staggered {
@@ -83,7 +88,7 @@ impl Lattice {
         }
     }
 
-    /// Checks that the lattice holds `count` disks that do not overlap.
+    /// Checks that `count` disks of a diameter fit on the sites of the lattice without overlap.
     ///
     /// # Errors
     /// [`PlacementError::TooDense`] if it does not.
@@ -108,7 +113,7 @@ impl Lattice {
         Ok(())
     }
 
-    /// Puts disks on randomly chosen sites; the sites left over are vacancies.
+    /// Puts disks on randomly chosen sites of the lattice; the sites left over are vacancies.
     pub(super) fn occupy(
         self,
         count: usize,

@@ -1,4 +1,5 @@
-//! Initial states: positions, velocities, and the check that no particles overlap.
+//! Initial states: placement of particles at random or on a lattice, their velocities, files, and
+//! the check for overlaps.
 //!
 //! A disordered start is made by random sequential addition up to [`SEQUENTIAL_LIMIT`]; above, a
 //! hexagonal lattice with randomly placed vacancies is returned as a start to be *melted* by
@@ -24,10 +25,10 @@ use crate::interrupt::Interrupt;
 use crate::random::{Purpose, Streams};
 use crate::space::Plane;
 
-/// Arrangement of the particles at the start.
+/// Arrangement of the particles in an initial state: disordered, or on a lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrangement {
-    /// Random positions without order.
+    /// Random positions without order, by random sequential addition.
     Disordered,
     /// Square lattice, of rows and columns.
     Square,
@@ -35,7 +36,8 @@ pub enum Arrangement {
     Hexagonal,
 }
 
-/// Places disks of the given radii at random in a periodic box.
+/// Places disks of the given radii at random positions without overlap in a periodic box, by random
+/// sequential addition.
 ///
 /// # Errors
 /// [`PlacementError::Jammed`] if one finds no place; [`PlacementError::Interrupted`].
@@ -62,7 +64,7 @@ pub fn place_unequal(
     })
 }
 
-/// Places equal disks in a periodic box.
+/// Places equal disks in a periodic box without overlap, at random or on a lattice.
 ///
 /// # Errors
 /// [`PlacementError::TooDense`] if a lattice of that many disks does not fit;
@@ -93,7 +95,7 @@ pub fn place_disks(
     lattice(arrangement, count, domain).occupy(count, diameter, domain, &mut stream)
 }
 
-/// Checks that equal disks fit on the lattice of an arrangement; a disordered one takes the
+/// Checks that equal disks fit on the lattice of an arrangement; a disordered one stands for the
 /// hexagonal lattice. Places no disk, so that it costs no memory.
 ///
 /// # Errors

@@ -1,4 +1,5 @@
-//! The overlap check: parry finds candidates and measures their distance.
+//! Search for overlapping disks in an initial state, by bounding-volume hierarchies of the library
+//! `parry`.
 
 use nalgebra::Vector2;
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
@@ -10,17 +11,18 @@ use parry2d_f64::shape::Ball;
 use crate::domain::Domain;
 use crate::space::Plane;
 
-/// Two disks that overlap.
+/// Pair of disks that overlap, with the depth of the overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
-    /// Indices of the two, the smaller first; equal where a disk meets its own periodic image.
+    /// Indices of the two disks, the smaller first; equal where a disk overlaps its own periodic
+    /// image.
     pub pair: [usize; 2],
-    /// Depth of the overlap \[length\].
+    /// Depth of the overlap of the two disks \[length\].
     pub depth: f64,
 }
 
-/// Returns the overlapping pair with the smallest indices, if any overlaps by more than `tolerance`
-/// \[length\].
+/// Returns the overlapping pair of disks with the smallest indices, if any overlaps by more than
+/// `tolerance` \[length\].
 ///
 /// A bounding-volume hierarchy over all disks is compared with itself and with each periodic image
 /// that reaches into the box, along the axes that are periodic; the distance of a candidate pair is

@@ -1,36 +1,36 @@
-//! Placed disks, or the reason why they cannot be placed.
+//! Result of placing disks in a box: their positions, or the error that they do not fit.
 
 use nalgebra::Vector2;
 
 use crate::format_short;
 
-/// Positions of placed disks, and the lattice they came from, if any.
+/// Positions of placed disks, and the reciprocal vectors of the lattice they are on, if any.
 #[derive(Clone, Debug)]
 pub struct PlacedDisks {
-    /// Centres of the disks \[length\].
+    /// Centre of each placed disk \[length\].
     pub positions: Vec<Vector2<f64>>,
-    /// Reciprocal vectors whose Bragg peaks show whether the lattice is forgotten; empty without
-    /// one.
+    /// Reciprocal lattice vectors, as mode numbers, whose Bragg peaks show whether the lattice is
+    /// forgotten; empty without a lattice.
     pub reciprocal: Vec<[i32; 2]>,
 }
 
-/// Failure to place disks.
+/// Error why disks could not be placed in a box.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlacementError {
-    /// Disks of several sizes do not fit.
+    /// Disks of several sizes do not fit into the box at random.
     #[error(
         "{count} disks of several sizes do not fit into a box of {} x {} when placed at random one by one, the large \
          ones first; a lower packing fraction or a larger box may do",
         format_short(lengths[0]), format_short(lengths[1])
     )]
     Jammed {
-        /// Number of disks.
+        /// Number of disks that do not fit.
         count: usize,
-        /// Sides of the box \[length\].
+        /// Sides of the box into which the disks do not fit \[length\].
         lengths: [f64; 2],
     },
-    /// The lattice that fits into the box is too tight.
+    /// The sites of the lattice that fits into the box are closer than a diameter.
     #[error(
         "{count} disks of diameter {diameter} do not fit as a {lattice} lattice into a box of {} x {}: \
          the closest lattice sites are {spacing} apart; allowed at this number and box: packing fractions up to {allowed:.4}",
@@ -38,24 +38,25 @@ pub enum PlacementError {
     TooDense {
         /// Name of the lattice: `square` or `hexagonal`.
         lattice: &'static str,
-        /// Number of disks.
+        /// Number of disks for which the lattice has sites.
         count: usize,
-        /// Diameter of the disks \[length\].
+        /// Diameter of the disks that do not fit on the lattice \[length\].
         diameter: f64,
-        /// Sides of the box \[length\].
+        /// Sides of the box into which the lattice fits \[length\].
         lengths: [f64; 2],
-        /// Shortest distance of two sites \[length\].
+        /// Shortest distance between two sites of the lattice \[length\].
         spacing: f64,
-        /// Largest packing fraction that this lattice holds.
+        /// Largest packing fraction of disks that this lattice can hold.
         allowed: f64,
     },
-    /// The placement was asked to end.
+    /// The placement of disks was interrupted.
     #[error("stopped")]
     Interrupted,
 }
 
 impl PlacementError {
-    /// Scales all lengths of the error by `unit`.
+    /// Converts the lengths of the error to the units of a case; `unit` is the engine's unit of
+    /// length in these.
     #[must_use]
     pub fn in_units(mut self, unit: f64) -> Self {
         match &mut self {

@@ -1,4 +1,4 @@
-//! Random sequential addition.
+//! Random sequential addition: disks are placed one by one at random positions without overlap.
 
 use nalgebra::{Vector2, vector};
 use rand::{Rng, RngExt};
@@ -11,8 +11,8 @@ use crate::space::Plane;
 /// at 0.45 about a hundred trials a disk are needed.
 pub const SEQUENTIAL_LIMIT: f64 = 0.45;
 
-/// Adds disks one by one at uniformly random places where they overlap none; `None` when a disk
-/// finds no place in 10^6 trials (a small box may jam early), or when it is interrupted.
+/// Places equal disks one by one at uniformly random positions where they overlap no other; `None`
+/// if a disk finds no position in 10^6 trials (a small box may jam early), or if interrupted.
 pub fn sequential_addition(
     count: usize,
     diameter: f64,
@@ -20,12 +20,12 @@ pub fn sequential_addition(
     stream: &mut impl Rng,
     interrupt: &Interrupt,
 ) -> Option<Vec<Vector2<f64>>> {
-    add(&vec![0.5 * diameter; count], domain, stream, interrupt)
+    place_in_order(&vec![0.5 * diameter; count], domain, stream, interrupt)
 }
 
-/// Adds disks of the given radii one by one at random positions without overlap: large disks first,
-/// which would find no room among small ones. Returns positions in the order of the radii; `None`
-/// if a disk finds no room.
+/// Places disks of the given radii one by one at random positions without overlap: large disks
+/// first, which would find no room among small ones. Returns positions in the order of the radii;
+/// `None` if a disk finds no room.
 pub fn sequential_addition_of(
     radii: &[f64],
     domain: &Domain<Plane>,
@@ -35,7 +35,7 @@ pub fn sequential_addition_of(
     let mut order: Vec<usize> = (0..radii.len()).collect();
     order.sort_by(|&a, &b| radii[b].total_cmp(&radii[a]));
     let sorted: Vec<f64> = order.iter().map(|&index| radii[index]).collect();
-    let found = add(&sorted, domain, stream, interrupt)?;
+    let found = place_in_order(&sorted, domain, stream, interrupt)?;
     let mut positions = vec![Vector2::zeros(); radii.len()];
     for (index, position) in order.into_iter().zip(found) {
         positions[index] = position;
@@ -43,8 +43,9 @@ pub fn sequential_addition_of(
     Some(positions)
 }
 
-/// Adds disks in the order of `radii`.
-fn add(
+/// Places disks one by one at random positions without overlap, in the order of `radii`; `None` if
+/// one finds no room, or if interrupted.
+fn place_in_order(
     radii: &[f64],
     domain: &Domain<Plane>,
     stream: &mut impl Rng,

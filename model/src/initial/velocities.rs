@@ -1,5 +1,5 @@
-//! Velocities with zero momentum, a given temperature and a given fourth cumulant, and Maxwellian
-//! spins.
+//! Random initial velocities with zero momentum, a given temperature and a given fourth cumulant,
+//! and Maxwellian spins.
 
 use rand::Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
@@ -18,7 +18,7 @@ use crate::surface::Surface;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityDistribution(Shape);
 
-/// Distribution of the squared speed over T/m.
+/// Distribution of the squared speed in units of T/m, by its fourth cumulant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shape {
     Maxwellian,
@@ -27,17 +27,19 @@ enum Shape {
 }
 
 impl VelocityDistribution {
-    /// Maxwellian, a2 = 0.
+    /// Maxwellian velocity distribution, with fourth cumulant a2 = 0.
     pub const MAXWELLIAN: Self = Self(Shape::Maxwellian);
-    /// Largest fourth cumulant a2: beyond it a few particles have nearly all of the energy.
+    /// Largest fourth cumulant a2 of a velocity distribution: beyond it a few particles have nearly
+    /// all of the energy.
     pub const LARGEST_CUMULANT: f64 = 10.0;
 
-    /// Smallest fourth cumulant that a distribution in D dimensions has, `-2/(D + 2)`.
+    /// Returns the smallest fourth cumulant that a velocity distribution in D dimensions can have,
+    /// `-2/(D + 2)`.
     pub fn least_cumulant(dimension: usize) -> f64 {
         -2.0 / (dimension as f64 + 2.0)
     }
 
-    /// Creates a distribution with the fourth cumulant `a2` in `dimension` dimensions.
+    /// Creates a velocity distribution with the fourth cumulant `a2` in `dimension` dimensions.
     ///
     /// # Errors
     /// [`InvalidValue`] below [`Self::least_cumulant`], which no distribution has, and above
@@ -64,7 +66,8 @@ impl VelocityDistribution {
             .map_err(|_| InvalidValue::new("fourth cumulant", a2, allowed))
     }
 
-    /// Draws a velocity of a particle whose thermal speed `sqrt(T/m)` is `spread` \[length/time\].
+    /// Draws a random velocity for a particle whose thermal speed `sqrt(T/m)` is `spread`
+    /// \[length/time\].
     pub fn draw<S: Space>(&self, spread: f64, stream: &mut impl Rng) -> S::Vector {
         let square = match &self.0 {
             Shape::Maxwellian => {
@@ -82,8 +85,8 @@ impl VelocityDistribution {
     }
 }
 
-/// Draws velocities from the Maxwellian: [`draw_velocities`] with
-/// [`VelocityDistribution::MAXWELLIAN`].
+/// Gives all particles of a state Maxwellian velocities without drift and with exactly the
+/// temperature `temperature` \[energy\], see [`draw_velocities`].
 pub fn maxwellian<P: ParticleModel>(
     scene: &P,
     state: &mut State<P>,
@@ -94,8 +97,9 @@ pub fn maxwellian<P: ParticleModel>(
     draw_velocities(scene, state, temperature, law, stream);
 }
 
-/// Draws velocities, then removes the drift and scales to the temperature `temperature` \[energy\]
-/// exactly (to rounding). One particle alone stays at rest: zero momentum allows nothing else.
+/// Gives all particles of a state random velocities by a distribution, without drift and with
+/// exactly the temperature `temperature` \[energy\]. One particle alone stays at rest: zero
+/// momentum allows nothing else.
 pub fn draw_velocities<P: ParticleModel>(
     scene: &P,
     state: &mut State<P>,
@@ -111,7 +115,8 @@ pub fn draw_velocities<P: ParticleModel>(
     rescale(scene, state, temperature);
 }
 
-/// Removes the drift of the centre of mass and scales the velocities to the temperature.
+/// Removes the drift of the centre of mass and scales the velocities to the temperature
+/// `temperature` \[energy\].
 pub fn rescale<P: ParticleModel>(scene: &P, state: &mut State<P>, temperature: f64) {
     let sizes = scene.sizes();
     let mass: f64 = (0..state.bodies.len())
@@ -138,8 +143,8 @@ pub fn rescale<P: ParticleModel>(scene: &P, state: &mut State<P>, temperature: f
     }
 }
 
-/// Draws spins from the Maxwellian, then scales them to a temperature I <w^2>/rotations \[energy\]
-/// exactly; smooth particles have none.
+/// Gives all particles of a state Maxwellian spins with exactly the temperature I <w^2>/rotations
+/// \[energy\]; does nothing for smooth particles.
 pub fn thermal_spins<P: ParticleModel>(
     scene: &P,
     state: &mut State<P>,

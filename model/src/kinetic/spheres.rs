@@ -3,7 +3,8 @@
 
 use std::f64::consts::PI;
 
-/// Random close packing of equal spheres, about 0.64 (Scott & Kilgour, J. Phys. D 2, 863 (1969)).
+/// Packing fraction of equal spheres at random close packing, about 0.64 (Scott & Kilgour, J. Phys.
+/// D 2, 863 (1969)).
 pub const RANDOM_CLOSE_PACKING: f64 = 0.64;
 
 /// Pair correlation of equal spheres at contact, (1 - phi/2)/(1 - phi)^3: Carnahan & Starling, J.
@@ -21,19 +22,20 @@ pub fn contact_value(packing_fraction: f64) -> f64 {
     (1.0 - 0.5 * packing_fraction) / (1.0 - packing_fraction).powi(3)
 }
 
-/// Collisions per particle and time, omega = 4 sqrt(pi) n d^2 chi sqrt(T/m), in units of
-/// sqrt(T/m)/d: the factor that multiplies it, with n d^3 = 6 phi/pi.
+/// Collisions per particle and time of equal spheres, omega = 4 sqrt(pi) n d^2 chi sqrt(T/m), in
+/// units of sqrt(T/m)/d, with n d^3 = 6 phi/pi.
 pub fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
     24.0 * packing_fraction / PI.sqrt() * contact_value
 }
 
-/// Mean free path over the diameter, 1/(sqrt(2) pi n d^3 chi) = 1/(6 sqrt(2) phi chi).
+/// Mean free path of equal spheres over the diameter, 1/(sqrt(2) pi n d^3 chi) = 1/(6 sqrt(2) phi
+/// chi).
 pub fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {
     1.0 / (6.0 * 2.0_f64.sqrt() * packing_fraction * contact_value)
 }
 
-/// Structure factor at long waves of an elastic gas, 1/(d(phi Z)/dphi) with the pressure of
-/// Carnahan and Starling: (1 - phi)^4/(1 + 4 phi + 4 phi^2 - 4 phi^3 + phi^4).
+/// Structure factor of the elastic fluid of spheres at zero wave number, 1/(d(phi Z)/dphi) with the
+/// pressure of Carnahan and Starling: (1 - phi)^4/(1 + 4 phi + 4 phi^2 - 4 phi^3 + phi^4).
 ///
 /// ```
 /// // To second order 1 - 8 phi + 34 phi^2.

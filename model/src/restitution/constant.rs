@@ -1,18 +1,18 @@
-//! Constant restitution: one coefficient for all approach speeds.
+//! Constant restitution: one coefficient of normal restitution for all approach speeds.
 
 use super::normal_law::Restitution;
 use crate::invalid::InvalidValue;
 
-/// One coefficient for all speeds; [`Constant::ELASTIC`] is the elastic gas, which needs no law of
-/// its own.
+/// Law of constant restitution: one coefficient for all approach speeds. [`Constant::ELASTIC`] is
+/// the elastic gas, which needs no law of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constant(f64);
 
 impl Constant {
-    /// The elastic law.
+    /// Law of elastic contacts: coefficient of restitution 1.
     pub const ELASTIC: Self = Self(1.0);
 
-    /// Creates the law with the given coefficient.
+    /// Creates the law of constant restitution with a coefficient.
     ///
     /// # Errors
     /// [`InvalidValue`] outside [0, 1].
@@ -22,7 +22,7 @@ impl Constant {
             .map(Self)
     }
 
-    /// Coefficient of restitution, in \[0, 1\].
+    /// Returns the coefficient of restitution, in \[0, 1\].
     pub fn coefficient(self) -> f64 {
         self.0
     }

@@ -1,10 +1,10 @@
-//! Contacts that dissipate and heat: the Delta model.
+//! Delta model: restitution that adds a speed at each contact, so that contacts dissipate and heat.
 
 use super::normal_law::{Restitution, Separation};
 use crate::invalid::InvalidValue;
 
-/// Constant restitution with a speed that every contact adds: a pair that approaches at the normal
-/// speed g separates at `r g + 2 Delta`.
+/// Delta model: constant restitution r with a speed that every contact adds. A pair that approaches
+/// at the normal speed g separates at `r g + 2 Delta`.
 ///
 /// It models the vertical shaking of a shallow layer, seen from above: R. Brito, D. Risso & R.
 /// Soto, *Physical Review E* **87**, 022209 (2013), doi:10.1103/PhysRevE.87.022209. Without walls
@@ -23,7 +23,7 @@ pub struct DeltaModel {
 }
 
 impl DeltaModel {
-    /// Creates the law with a coefficient r and a speed Delta \[length/time\].
+    /// Creates a Delta model with a coefficient r and a speed Delta \[length/time\].
     ///
     /// # Errors
     /// [`InvalidValue`] unless r is in \[0, 1\] and Delta is finite and not negative.
@@ -40,20 +40,21 @@ impl DeltaModel {
         Ok(Self { coefficient, delta })
     }
 
-    /// Share r of the approach speed that is kept.
+    /// Returns the coefficient r: the fraction of the approach speed that is kept.
     pub fn coefficient(self) -> f64 {
         self.coefficient
     }
 
-    /// Speed Delta \[length/time\]; contacts add twice this to the normal speed of separation.
+    /// Returns the speed Delta of the model \[length/time\]; contacts add twice this to the normal
+    /// speed of separation.
     pub fn delta(self) -> f64 {
         self.delta
     }
 }
 
 impl Restitution for DeltaModel {
-    /// Quotient of the normal speeds after and before a contact, `r + 2 Delta/g`; infinite at
-    /// g = 0.
+    /// Returns the ratio of the normal speeds after and before a contact, `r + 2 Delta/g`; infinite
+    /// at g = 0.
     #[inline]
     fn normal_restitution(&self, approach: f64) -> f64 {
         self.coefficient + 2.0 * self.delta / approach

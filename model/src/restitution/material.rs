@@ -1,9 +1,11 @@
-//! Viscoelastic strength from material constants.
+//! Viscoelastic restitution from the material constants of spheres: elastic modulus, Poisson's
+//! ratio and viscosities.
 
 use super::viscoelastic::Viscoelastic;
 use crate::invalid::InvalidValue;
 
-/// The material of viscoelastic spheres.
+/// Material constants of viscoelastic spheres: Young's modulus, Poisson's ratio, and viscosities of
+/// shear and of bulk.
 ///
 /// Spheres of radii `R_1` and `R_2` that overlap by x push each other apart with the force
 /// `rho (x^(3/2) + (3/2) A x^(1/2) dx/dt)`, `rho = 2 Y R_eff^(1/2)/(3 (1 - nu^2))`, as Hertz and
@@ -18,8 +20,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// Creates a material with Young's modulus Y \[energy/length^3\], Poisson's ratio nu, and the
-    /// viscosities of shear `eta_1` and of bulk `eta_2` \[energy time/length^3\].
+    /// Creates material constants: Young's modulus Y \[energy/length^3\], Poisson's ratio nu, and
+    /// the viscosities of shear `eta_1` and of bulk `eta_2` \[energy time/length^3\].
     ///
     /// # Errors
     /// [`InvalidValue`] unless the modulus is positive, the ratio above -1 and at most 1/2, and
@@ -47,14 +49,14 @@ impl Material {
         Ok(material)
     }
 
-    /// Dissipative time A \[time\].
+    /// Returns the dissipative time A of the material \[time\].
     pub fn time(&self) -> f64 {
         let (nu, [shear, bulk]) = (self.poisson_ratio, self.viscosities);
         let viscosity = 4.0 / 3.0 * shear * (1.0 - nu + nu * nu) + bulk * (1.0 - 2.0 * nu).powi(2);
         (1.0 + nu) / ((1.0 - nu) * self.young_modulus) * viscosity
     }
 
-    /// Returns the law between two spheres of these radii and masses: of strength `(A
+    /// Returns the viscoelastic law between two spheres of these radii and masses: of strength `(A
     /// kappa^(2/5))^(1/2)`, `kappa = (3/2)^(3/2) Y R_eff^(1/2)/((1 - nu^2) m_eff)`, `R_eff = R_1
     /// R_2/(R_1 + R_2)`, `m_eff = m_1 m_2/(m_1 + m_2)` (Eqs. A3 to A5 of Bodrova & Osinsky, whose
     /// effective diameter is twice this radius).

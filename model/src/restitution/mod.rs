@@ -1,4 +1,5 @@
-//! The normal contact law: the speed at which a pair separates, for its approach speed.
+//! Normal contact laws: the normal speed at which a pair separates as a function of its approach
+//! speed, chosen at run time.
 //!
 //! A law is one file here and one line in [`Law`], which all engines that are chosen at run time
 //! use. The choice costs mixtures without positions four hundredths of their speed, and the others
@@ -21,10 +22,10 @@ pub use per_pair::PerPair;
 pub use threshold::ThresholdModel;
 pub use viscoelastic::Viscoelastic;
 
-/// Declares the laws that are chosen at run time: one line each.
+/// Declares the normal contact laws that are chosen at run time: one line for each law.
 macro_rules! laws {
     ($($(#[$about:meta])* $name:ident($law:ty),)+) => {
-        /// A law that is chosen at run time.
+        /// Normal contact law, chosen at run time.
         #[derive(Clone, Debug, PartialEq)]
         #[non_exhaustive]
         pub enum Law { $($(#[$about])* $name($law),)+ }
@@ -56,23 +57,25 @@ macro_rules! laws {
 }
 
 laws! {
-    /// Constant restitution, at every approach speed.
+    /// Constant coefficient of restitution, the same at every approach speed.
     Constant(Constant),
     /// Viscoelastic restitution, which falls with the approach speed.
     Viscoelastic(Viscoelastic),
-    /// Constant restitution, with a speed that every contact adds.
+    /// Delta model: constant restitution with a speed that every contact adds.
     Delta(DeltaModel),
-    /// Constant restitution, with elastic contacts below a threshold of the approach speed.
+    /// Threshold model: constant restitution, with elastic contacts below a threshold of the
+    /// approach speed.
     Threshold(ThresholdModel),
-    /// One law for each pair of species.
+    /// One normal contact law for each pair of species.
     Pairs(PerPair<Law>),
 }
 
 impl Law {
-    /// The elastic law.
+    /// Law of elastic contacts for all pairs and speeds.
     pub const ELASTIC: Self = Self::Constant(Constant::ELASTIC);
 
-    /// Returns the coefficient of restitution, if it is constant for all pairs and speeds.
+    /// Returns the coefficient of restitution if it is constant for all pairs and speeds; `None`
+    /// otherwise.
     pub fn constant(&self) -> Option<f64> {
         match self {
             Self::Constant(law) => Some(law.coefficient()),
@@ -80,7 +83,8 @@ impl Law {
         }
     }
 
-    /// Returns the law of a gas that heats itself at contacts, if all pairs have the same one.
+    /// Returns the Delta model, whose contacts heat, if it is the law of all pairs; `None`
+    /// otherwise.
     pub fn delta(&self) -> Option<DeltaModel> {
         match self {
             Self::Delta(law) => Some(*law),
@@ -88,8 +92,9 @@ impl Law {
         }
     }
 
-    /// Coefficient of restitution that stands for the law in theory at a normal approach speed:
-    /// without the speed that contacts add. `None` if pairs have laws of their own.
+    /// Returns the coefficient of restitution that stands for the law in theory at a normal
+    /// approach speed \[length/time\], without the speed that contacts add. `None` if pairs have
+    /// laws of their own.
     pub fn coefficient(&self, approach: f64) -> Option<f64> {
         match self {
             Self::Delta(law) => Some(law.coefficient()),
@@ -98,7 +103,7 @@ impl Law {
         }
     }
 
-    /// Returns true if no energy is ever lost.
+    /// Returns true if contacts never dissipate energy.
     pub fn is_elastic(&self) -> bool {
         self.constant() == Some(1.0)
     }

@@ -1,12 +1,12 @@
-//! A contact law for each pair of species.
+//! Normal contact laws of a mixture: one law for each pair of species.
 
 use std::sync::Arc;
 
 use super::normal_law::{Restitution, Separation};
 use crate::invalid::InvalidValue;
 
-/// One law of the same form for each unordered pair of species; cheap to clone, as replicas share
-/// the table.
+/// Normal contact laws of a mixture, one of the same form for each unordered pair of species; cheap
+/// to clone, as replicas share the table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PerPair<R> {
     laws: Arc<[R]>,
@@ -14,8 +14,8 @@ pub struct PerPair<R> {
 }
 
 impl<R: Restitution> PerPair<R> {
-    /// Creates the laws of `count` species, by rows: `laws[i * count + j]` acts between species i
-    /// and j; of each unordered pair, the law with i <= j is used.
+    /// Creates the contact laws of a mixture of `count` species, by rows: `laws[i * count + j]`
+    /// acts between species i and j. Of each unordered pair, the law with i <= j is used.
     ///
     /// # Errors
     /// [`InvalidValue`] unless there are `count * count` laws, at least one.
@@ -33,7 +33,7 @@ impl<R: Restitution> PerPair<R> {
         })
     }
 
-    /// Returns the law between two species; species beyond the table act as its last.
+    /// Returns the contact law between two species; species beyond the table act as its last.
     #[inline]
     pub fn law(&self, kinds: [u32; 2]) -> &R {
         let last = self.count - 1;
@@ -43,7 +43,8 @@ impl<R: Restitution> PerPair<R> {
 }
 
 impl<R: Restitution> Restitution for PerPair<R> {
-    /// Coefficient of the first species with itself, for engines that know no species.
+    /// Returns the coefficient of restitution of the first species with itself, for engines that
+    /// know no species.
     #[inline]
     fn normal_restitution(&self, approach: f64) -> f64 {
         self.law([0, 0]).normal_restitution(approach)

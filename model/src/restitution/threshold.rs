@@ -1,10 +1,11 @@
-//! Constant restitution above a threshold of the approach speed, elastic contacts below it.
+//! Threshold model: constant restitution above a threshold of the approach speed, elastic contacts
+//! below it.
 
 use super::normal_law::Restitution;
 use crate::invalid::InvalidValue;
 
-/// Constant restitution r for normal approach speeds from a threshold g* on; slower contacts are
-/// elastic.
+/// Threshold model: constant restitution r for normal approach speeds from a threshold g* on;
+/// slower contacts are elastic.
 ///
 /// The simplest law without inelastic collapse: E. Ben-Naim, S. Y. Chen, G. D. Doolen & S. Redner,
 /// *Physical Review Letters* **83**, 4069 (1999), doi:10.1103/PhysRevLett.83.4069. A gas of
@@ -24,7 +25,7 @@ pub struct ThresholdModel {
 }
 
 impl ThresholdModel {
-    /// Creates the law with a coefficient r and a threshold g* \[length/time\].
+    /// Creates a threshold model with a coefficient r and a threshold g* \[length/time\].
     ///
     /// # Errors
     /// [`InvalidValue`] unless r is in \[0, 1\] and g* is finite and not negative.

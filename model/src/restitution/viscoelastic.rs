@@ -1,10 +1,10 @@
-//! Restitution that falls with the approach speed.
+//! Viscoelastic restitution, which falls with the approach speed, by a series and its Padé form.
 
 use super::normal_law::Restitution;
 use crate::invalid::InvalidValue;
 
-/// Viscoelastic spheres: restitution falls with the approach speed g as a function of
-/// v* = strength * g^(1/10).
+/// Viscoelastic law of spheres: restitution falls with the approach speed g as a function of v* =
+/// strength * g^(1/10).
 ///
 /// With the material constants of Brilliantov et al., Phys. Rev. E 53, 5382 (1996),
 /// doi:10.1103/PhysRevE.53.5382, strength = (A kappa^(2/5))^(1/2) in units of \[speed\]^(-1/10). Up
@@ -15,7 +15,7 @@ use crate::invalid::InvalidValue;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viscoelastic(f64);
 
-/// Coefficients `h_1` ... `h_20` of the expansion in v*.
+/// Coefficients `h_1` ... `h_20` of the series of the restitution in powers of v*.
 const SERIES: [f64; 20] = [
     0.0,
     -1.153_448_9,
@@ -40,7 +40,7 @@ const SERIES: [f64; 20] = [
 ];
 
 impl Viscoelastic {
-    /// Creates the law with the given strength \[speed^(-1/10)\].
+    /// Creates the viscoelastic law with a strength \[speed^(-1/10)\].
     ///
     /// # Errors
     /// [`InvalidValue`] unless it is positive and finite.
@@ -48,7 +48,7 @@ impl Viscoelastic {
         InvalidValue::unless_positive("viscoelastic strength", strength).map(Self)
     }
 
-    /// Strength of dissipation \[speed^(-1/10)\].
+    /// Returns the strength of the viscoelastic dissipation \[speed^(-1/10)\].
     pub fn strength(self) -> f64 {
         self.0
     }

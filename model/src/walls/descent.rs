@@ -1,9 +1,10 @@
-//! Times at which a function first falls through zero: the roots behind contacts in parabolic
-//! flight.
+//! Root finding for contacts in parabolic flight: times at which a function first falls through
+//! zero.
 
 use std::ops::Range;
 
-/// Steps after which a root that is halved or better each time has all its digits.
+/// Largest number of steps of a root search; a bracket that is at least halved each time has all
+/// its digits by then.
 const MOST_STEPS: usize = 200;
 
 /// Returns the time at which h + w t + a t^2/2 falls through zero; `None` if it never falls through
@@ -30,7 +31,7 @@ pub(super) fn of_parabola(height: f64, speed: f64, acceleration: f64) -> Option<
 
 /// Returns the turning points of a function inside an interval: where its slope is zero. `turns`
 /// are the turning points of the slope, in order; between two of them the slope has at most one
-/// root, which is bracketed and cannot be lost. The slope and its own slope come as a pair.
+/// root, which is bracketed and cannot be lost. `slope` returns the slope and its derivative.
 pub(super) fn turning_points(
     slope: impl Fn(f64) -> (f64, f64),
     turns: &[f64],
@@ -50,8 +51,8 @@ pub(super) fn turning_points(
 }
 
 /// Returns the root of a function that is monotonic in an interval and has different signs at its
-/// ends: Newton's steps, and a half of the interval where these leave it or do not come closer. The
-/// function and its slope come as a pair.
+/// ends, by Newton's steps, or bisection where these leave it or do not come closer. `function`
+/// returns the value and its slope.
 pub(super) fn bracketed(function: impl Fn(f64) -> (f64, f64), within: Range<f64>) -> f64 {
     let (mut low, mut high) = (within.start, within.end);
     let rises = function(low).0 < 0.0;

@@ -1,5 +1,5 @@
-//! Parts of an obstacle that a particle can touch, edges, corners and disks, and the times of
-//! contact.
+//! Features of obstacles that a particle can touch (edges, corners and disks), and the exact times
+//! of contact in flight.
 //!
 //! All times are roots of the exact flight. Straight flight: a linear equation for an edge and a
 //! quadratic one for a corner or a disk. Parabolic flight: a quadratic and a quartic. The quartic
@@ -11,32 +11,32 @@ use nalgebra::{Vector2, vector};
 
 use super::descent;
 
-/// A particle in flight.
+/// Particle in straight or parabolic flight: position, velocity and acceleration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlyingParticle {
-    /// Current position \[length\].
+    /// Position of the particle at the start of the flight \[length\].
     pub position: Vector2<f64>,
-    /// Current velocity \[length/time\].
+    /// Velocity of the particle at the start of the flight \[length/time\].
     pub velocity: Vector2<f64>,
-    /// Acceleration \[length/time^2\].
+    /// Constant acceleration of the particle \[length/time^2\].
     pub acceleration: Vector2<f64>,
 }
 
 impl FlyingParticle {
-    /// Returns the position after a time \[length\].
+    /// Returns the position of the particle after a time of flight \[length\].
     #[inline]
     pub fn position_at(&self, time: f64) -> Vector2<f64> {
         self.position + (self.velocity + self.acceleration * (0.5 * time)) * time
     }
 
-    /// Returns the velocity after a time \[length/time\].
+    /// Returns the velocity of the particle after a time of flight \[length/time\].
     #[inline]
     pub fn velocity_at(&self, time: f64) -> Vector2<f64> {
         self.velocity + self.acceleration * time
     }
 
-    /// Returns the lower left and upper right corner of the rectangle that contains the flight up
-    /// to a time.
+    /// Returns the bounding box of the flight up to a time: lower left and upper right corner
+    /// \[length\].
     pub(super) fn bounds(&self, time: f64) -> [Vector2<f64>; 2] {
         let end = self.position_at(time);
         let (mut least, mut most) = (self.position.inf(&end), self.position.sup(&end));
@@ -53,21 +53,22 @@ impl FlyingParticle {
     }
 }
 
-/// A contact to come.
+/// Predicted contact of a particle in flight with an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Time until the contact \[time\]; never negative.
+    /// Time from the start of the flight until the contact \[time\]; never negative.
     pub time: f64,
-    /// Unit vector from the obstacle to the centre of the particle.
+    /// Unit vector at the contact, from the obstacle to the centre of the particle.
     pub normal: Vector2<f64>,
 }
 
-/// A straight piece without its ends, touched from the outside or from both sides.
+/// Straight edge of an obstacle without its end points, touched from the outside or from both
+/// sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StraightEdge {
-    /// First end \[length\].
+    /// First end point of the edge \[length\].
     pub(super) from: Vector2<f64>,
-    /// Unit vector along the edge.
+    /// Unit vector along the edge, from its first to its second end.
     pub(super) along: Vector2<f64>,
     pub(super) length: f64,
     /// True if the edge can be touched from both sides; false if only from the right of its
@@ -75,25 +76,25 @@ pub struct StraightEdge {
     pub(super) both_sides: bool,
 }
 
-/// A disk, or, with the radius 0, a corner.
+/// Round feature of an obstacle: a disk or, with radius 0, a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Round {
-    /// Centre \[length\].
+    /// Centre of the disk, or the corner \[length\].
     pub(super) centre: Vector2<f64>,
     pub(super) radius: f64,
 }
 
-/// Part of an obstacle that a particle can touch.
+/// Feature of an obstacle that a particle can touch: an edge, a corner or a disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Feature {
-    /// A straight piece.
+    /// Straight edge without its end points.
     Edge(StraightEdge),
-    /// A corner or a disk.
+    /// Corner or disk.
     Round(Round),
 }
 
 impl Feature {
-    /// Returns this feature moved by a vector \[length\].
+    /// Returns the feature displaced by a vector \[length\].
     #[must_use]
     pub fn moved(&self, by: Vector2<f64>) -> Self {
         match *self {
@@ -108,10 +109,10 @@ impl Feature {
         }
     }
 
-    /// Returns the first contact of a particle in flight before `limit`, as the earliest time at
-    /// which its edge moves into the feature. A particle that touches by rounding and approaches,
-    /// or is held against the feature by its acceleration, has a contact at once; one that leaves
-    /// has none, however near it is.
+    /// Returns the first contact of a particle in flight with the feature before `limit` \[time\]:
+    /// the earliest time at which the particle's edge moves into it. A particle that touches by
+    /// rounding and approaches, or is held against the feature by its acceleration, has a contact
+    /// at once; one that leaves has none, however near it is.
     #[inline]
     pub fn first_contact(&self, flight: &FlyingParticle, radius: f64, limit: f64) -> Option<Hit> {
         match self {
@@ -120,7 +121,8 @@ impl Feature {
         }
     }
 
-    /// Returns the unit vector from the feature towards a point that touches it.
+    /// Returns the unit normal vector of the feature at a point that touches it, pointing from the
+    /// feature to the point.
     pub fn normal(&self, point: Vector2<f64>) -> Vector2<f64> {
         match self {
             Self::Edge(edge) => {
@@ -135,8 +137,8 @@ impl Feature {
         }
     }
 
-    /// Distance of a point from the line of an edge, on either side, or from a disk or corner
-    /// \[length\].
+    /// Returns the distance of a point from the line of an edge, on either side, or from a disk or
+    /// corner \[length\].
     pub fn distance(&self, point: Vector2<f64>) -> f64 {
         match self {
             Self::Edge(edge) => {
@@ -147,7 +149,7 @@ impl Feature {
         }
     }
 
-    /// Returns the lower left and upper right corner of the rectangle around the feature.
+    /// Returns the bounding box of the feature: lower left and upper right corner \[length\].
     pub fn bounds(&self) -> [Vector2<f64>; 2] {
         match self {
             Self::Edge(edge) => {
@@ -172,8 +174,9 @@ impl StraightEdge {
         (self.first_contact_from(-1.0, flight, radius, limit)).or(outwards)
     }
 
-    /// Contacts from the side of the normal times `side`: the distance from the line is a parabola,
-    /// which falls through the radius once.
+    /// Returns the first contact of a particle in flight with an edge from one side, `side` 1 or -1
+    /// times the normal. The distance from the line is a parabola, which falls through the radius
+    /// once.
     fn first_contact_from(
         &self,
         side: f64,
@@ -217,9 +220,9 @@ impl Round {
         };
         let reach = radius + self.radius;
         let time = if flight.acceleration == Vector2::zeros() {
-            straight(&flight, reach)
+            time_of_straight_flight(&flight, reach)
         } else {
-            bent(&flight, reach, limit)
+            time_of_parabolic_flight(&flight, reach, limit)
         };
         let time = time.filter(|&time| time < limit)?;
         let arm = flight.position_at(time);
@@ -228,11 +231,12 @@ impl Round {
     }
 }
 
-/// Time until a point in straight flight comes within `reach` of the origin.
+/// Returns the time until a point in straight flight comes within `reach` of the origin; `None` if
+/// it never does.
 ///
 /// With b = r . v < 0 and c = r^2 - R^2, t = c/(-b + sqrt(v^2 R^2 - (r x v)^2)): the root that
 /// loses no digits at slow approach, with the discriminant that loses none from afar.
-fn straight(flight: &FlyingParticle, reach: f64) -> Option<f64> {
+fn time_of_straight_flight(flight: &FlyingParticle, reach: f64) -> Option<f64> {
     let (arm, velocity) = (flight.position, flight.velocity);
     let b = arm.dot(&velocity);
     if b >= 0.0 {
@@ -247,12 +251,12 @@ fn straight(flight: &FlyingParticle, reach: f64) -> Option<f64> {
     (discriminant >= 0.0).then(|| c / (discriminant.sqrt() - b))
 }
 
-/// Time until a point in parabolic flight comes within `reach` of the origin, if that is before
-/// `limit`.
+/// Returns the time until a point in parabolic flight comes within `reach` of the origin, if that
+/// is before `limit` \[time\].
 ///
 /// The first time at which f(t) = r(t)^2 - R^2 falls through zero. With f' = 2 r . v, f'' = 2
 /// (v^2 + r . a), f''' = 6 v . a.
-fn bent(flight: &FlyingParticle, reach: f64, limit: f64) -> Option<f64> {
+fn time_of_parabolic_flight(flight: &FlyingParticle, reach: f64, limit: f64) -> Option<f64> {
     let (arm, velocity, pull) = (flight.position, flight.velocity, flight.acceleration);
     let b = arm.dot(&velocity);
     let (speed, weight) = (velocity.norm(), pull.norm());
@@ -262,7 +266,7 @@ fn bent(flight: &FlyingParticle, reach: f64, limit: f64) -> Option<f64> {
     let end = limit.min(2.0 * gone);
     if !end.is_finite() {
         // Straight flight, where the acceleration is too weak to be resolved.
-        return straight(flight, reach);
+        return time_of_straight_flight(flight, reach);
     }
     if distance - reach > (speed + 0.5 * weight * end) * end {
         return None;

@@ -1,9 +1,10 @@
-//! Times at which a particle in straight or parabolic flight reaches a plane.
+//! Contact times of a particle in straight or parabolic flight with a plane wall, at rest or
+//! vibrating, in closed form.
 
 use super::vibration::Vibration;
 
-/// Time until a point at `height` above a plane, with the given velocity and acceleration away from
-/// it, reaches it; `None` if it never does.
+/// Returns the time until a point at `height` above a plane, with the given velocity and
+/// acceleration away from it, reaches the plane; `None` if it never does.
 ///
 /// The earliest t >= 0 with h + v t + a t^2/2 = 0 at which the point is not going up, from the form
 /// of the root that loses no digits. A point that has just been thrown up from the plane (h = 0 to
@@ -39,8 +40,8 @@ pub fn time_to_plane(height: f64, velocity: f64, acceleration: f64) -> Option<f6
     (velocity < 0.0 && discriminant >= 0.0).then(|| 2.0 * height / (discriminant.sqrt() - velocity))
 }
 
-/// Time until a point reaches a wall that vibrates about `height` below it, at the time `now`;
-/// `None` if it never does, or not before `limit`.
+/// Returns the time until a point reaches a vibrating wall whose rest position is `height` below
+/// it, at the time `now`; `None` if it never does, or not before `limit`.
 ///
 /// The wall moves at a constant velocity between two turns, so that each of these intervals is a
 /// case of [`time_to_plane`]; intervals in which the point is beyond the reach of the wall are left

@@ -1,4 +1,5 @@
-//! Free area: the part of a rectangle in which the centres of particles can be beside obstacles.
+//! Free area: the part of a rectangle in which the centres of particles can be next to obstacles,
+//! by numerical integration.
 //!
 //! The centre of a particle keeps a clearance from an obstacle, so each obstacle takes the area of
 //! its shape, grown by that clearance: disks of a larger radius, solids with a strip along each
@@ -12,14 +13,14 @@ use nalgebra::{Vector2, vector};
 use super::feature::{Feature, Round};
 use super::obstacle::{Obstacle, ObstacleShape};
 
-/// Largest error of a piece of the integral, over the area of the rectangle.
+/// Largest error of one piece of the integral of the free area, over the area of the rectangle.
 const TOLERANCE: f64 = 1e-10;
-/// Most halvings of a piece.
+/// Largest number of halvings of an interval of integration.
 const HALVINGS: u32 = 24;
-/// Most shapes that are integrated at once; a rectangle with more is divided, so that the time
-/// grows with their number.
+/// Largest number of shapes that are integrated at once; a rectangle with more is divided, so that
+/// the time grows with their number.
 const MOST_SHAPES: usize = 12;
-/// Most divisions of a rectangle.
+/// Largest number of successive divisions of a rectangle.
 const DIVISIONS: u32 = 40;
 /// Positive nodes and weights of Gauss's rule with eight points on \[-1, 1\].
 const GAUSS: [[f64; 2]; 4] = [
@@ -29,7 +30,7 @@ const GAUSS: [[f64; 2]; 4] = [
     [0.960_289_856_497_536_3, 0.101_228_536_290_376_3],
 ];
 
-/// Area that obstacles leave to the centres of particles that keep a clearance from them.
+/// Area that obstacles in a box leave to the centres of particles that keep a clearance from them.
 ///
 /// ```
 /// use nalgebra::vector;
@@ -46,8 +47,8 @@ pub struct FreeArea {
 }
 
 impl FreeArea {
-    /// Creates the free area of obstacles in a box of the given sides, for centres that stay
-    /// `clearance` away \[length\]. Along periodic axes the images of obstacles count too.
+    /// Creates the free area of a box of the given sides \[length\] with obstacles, for centres
+    /// that stay `clearance` away from them \[length\]. Periodic images of obstacles count too.
     pub fn new(
         obstacles: &[Obstacle],
         lengths: [f64; 2],
@@ -69,26 +70,28 @@ impl FreeArea {
         Self { shapes }
     }
 
-    /// Free area of the rectangle between its lower left and its upper right corner \[length^2\].
+    /// Computes the free area of the rectangle between its lower left and its upper right corner
+    /// \[length^2\].
     pub fn rectangle_between(&self, low: [f64; 2], high: [f64; 2]) -> f64 {
         let shapes: Vec<&Shape> = self.shapes.iter().collect();
         free(&shapes, low, high, DIVISIONS)
     }
 }
 
-/// Part of a grown obstacle.
+/// Disk or polygon, as part of an obstacle that is grown by the clearance.
 #[derive(Clone, Debug)]
 enum Shape {
     Circle {
         centre: Vector2<f64>,
         radius: f64,
     },
-    /// A polygon, inside by the even-odd rule.
+    /// Polygon; a point is inside by the even-odd rule.
     Solid(Vec<Vector2<f64>>),
 }
 
 impl Shape {
-    /// Returns all parts of an obstacle that is grown by a clearance.
+    /// Returns the parts of an obstacle that is grown by a clearance \[length\]: its solid, strips
+    /// along edges, and disks at corners.
     fn grown_parts(obstacle: &Obstacle, clearance: f64) -> Vec<Self> {
         let mut parts = Vec::new();
         if let ObstacleShape::Polygon { points } = obstacle.outline() {
@@ -124,7 +127,7 @@ impl Shape {
         }
     }
 
-    /// Returns true if the rectangle around the shape overlaps another one.
+    /// Returns true if the bounding box of the shape overlaps the rectangle between two corners.
     fn meets(&self, low: [f64; 2], high: [f64; 2]) -> bool {
         let overlaps = |axis: usize| {
             let (least, most) = match self {
@@ -142,7 +145,7 @@ impl Shape {
     }
 
     /// Adds the positions along the first axis at which the shape begins or ends, has a corner, or
-    /// crosses one of two heights.
+    /// crosses one of two heights: there the integrand is not smooth.
     fn add_stops(&self, heights: [f64; 2], stops: &mut Vec<f64>) {
         match self {
             Self::Circle { centre, radius } => {
@@ -155,7 +158,7 @@ impl Shape {
                 }
             }
             Self::Solid(points) => {
-                for (a, b) in sides(points) {
+                for (a, b) in polygon_sides(points) {
                     stops.push(a.x);
                     let crossed = heights.map(|y| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
                     stops.extend(crossed.into_iter().filter(|x| x.is_finite()));
@@ -179,7 +182,8 @@ impl Shape {
                 let height = |(a, b): (Vector2<f64>, Vector2<f64>)| {
                     a.y + (b.y - a.y) * (x - a.x) / (b.x - a.x)
                 };
-                let mut heights: Vec<f64> = sides(points).filter(crosses).map(height).collect();
+                let mut heights: Vec<f64> =
+                    polygon_sides(points).filter(crosses).map(height).collect();
                 heights.sort_by(f64::total_cmp);
                 intervals.extend(heights.chunks_exact(2).map(|pair| [pair[0], pair[1]]));
             }
@@ -187,13 +191,16 @@ impl Shape {
     }
 }
 
-/// Sides of a polygon.
-fn sides(points: &[Vector2<f64>]) -> impl Iterator<Item = (Vector2<f64>, Vector2<f64>)> + '_ {
+/// Returns the sides of a polygon, each as its first and its last corner.
+fn polygon_sides(
+    points: &[Vector2<f64>],
+) -> impl Iterator<Item = (Vector2<f64>, Vector2<f64>)> + '_ {
     let next = points.iter().cycle().skip(1);
     points.iter().zip(next).map(|(a, b)| (*a, *b))
 }
 
-/// Free area of a rectangle, which may be divided so many times more.
+/// Computes the free area of a rectangle between shapes \[length^2\]; `divisions` limits its
+/// further divisions.
 fn free(shapes: &[&Shape], low: [f64; 2], high: [f64; 2], divisions: u32) -> f64 {
     let [width, height] = [high[0] - low[0], high[1] - low[1]];
     if width <= 0.0 || height <= 0.0 {
@@ -230,7 +237,7 @@ fn free(shapes: &[&Shape], low: [f64; 2], high: [f64; 2], divisions: u32) -> f64
         .sum()
 }
 
-/// A line across a rectangle, along the second axis.
+/// Lines across a rectangle, along the second axis, with the shapes that they may cross.
 struct Line<'a> {
     shapes: &'a [&'a Shape],
     low: f64,
@@ -238,7 +245,7 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
-    /// Free length at a position along the first axis \[length\].
+    /// Returns the free length of the line at a position along the first axis \[length\].
     fn free(&self, x: f64) -> f64 {
         let mut intervals = Vec::with_capacity(self.shapes.len());
         for shape in self.shapes {
@@ -253,18 +260,18 @@ impl Line<'_> {
         length + (self.high - top).max(0.0)
     }
 
-    /// Integral of the free length between two ends \[length^2\]. With the position as `middle -
-    /// half cos(a)` the root at the end of a disk becomes smooth.
+    /// Integrates the free length of lines between two positions along the first axis \[length^2\].
+    /// With the position as `middle - half cos(a)` the root at the end of a disk becomes smooth.
     fn integral(&self, ends: [f64; 2], tolerance: f64) -> f64 {
         let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
         let value = |angle: f64| half * angle.sin() * self.free(middle - half * angle.cos());
         let all = [0.0, std::f64::consts::PI];
-        halved(&value, all, gauss(&value, all), tolerance, HALVINGS)
+        integrate_by_halves(&value, all, gauss_rule(&value, all), tolerance, HALVINGS)
     }
 }
 
-/// Gauss's rule between two ends.
-fn gauss(value: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
+/// Integrates a function between two ends by Gauss's rule with eight points.
+fn gauss_rule(value: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let pair = |[node, weight]: [f64; 2]| {
         weight * (value(middle - half * node) + value(middle + half * node))
@@ -272,8 +279,9 @@ fn gauss(value: &impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
     half * GAUSS.into_iter().map(pair).sum::<f64>()
 }
 
-/// Integrates between two ends by halves, unless their sum agrees with the `whole`.
-fn halved(
+/// Integrates a function between two ends by repeated halving, until the halves agree with the
+/// `whole` within a tolerance.
+fn integrate_by_halves(
     value: &impl Fn(f64) -> f64,
     [from, to]: [f64; 2],
     whole: f64,
@@ -282,11 +290,12 @@ fn halved(
 ) -> f64 {
     let middle = 0.5 * (from + to);
     let ends = [[from, middle], [middle, to]];
-    let parts = ends.map(|ends| gauss(value, ends));
+    let parts = ends.map(|ends| gauss_rule(value, ends));
     if (parts[0] + parts[1] - whole).abs() <= tolerance || halvings == 0 {
         return parts[0] + parts[1];
     }
-    let half = |side: usize| halved(value, ends[side], parts[side], tolerance, halvings - 1);
+    let half =
+        |side: usize| integrate_by_halves(value, ends[side], parts[side], tolerance, halvings - 1);
     half(0) + half(1)
 }
 

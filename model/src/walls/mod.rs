@@ -1,4 +1,4 @@
-//! Walls, open faces and obstacles of the box, with one law of rebound for both engines.
+//! Walls, open faces and obstacles of the box, with one wall law for all engines.
 //!
 //! A face of the box is periodic, a wall, or open. Walls are data: an engine that finds none
 //! schedules no event and draws no number for them. Times of contact with plane walls are closed
@@ -24,23 +24,24 @@ use crate::domain::Domain;
 use crate::invalid::InvalidValue;
 use crate::space::{Plane, Space, Volume};
 
-/// Names of the faces of a box, lower and upper, by axis.
+/// Names of the faces of a box, lower and upper, for each axis: left, right, bottom, top, back,
+/// front.
 pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back", "front"]];
 
-/// A plane wall at a face of the box.
+/// Plane wall at a face of the box: its law, sliding velocity and vibration.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Wall<S: Space> {
-    /// Law by which particles rebound.
+    /// Law by which particles rebound from the wall.
     pub rebound: Rebound,
-    /// Velocity at which the wall slides along itself \[length/time\].
+    /// Velocity at which the wall slides parallel to itself \[length/time\].
     pub sliding: S::Vector,
-    /// Motion of the wall to and fro, if it vibrates.
+    /// Vibration of the wall along its normal; `None` if it is at rest.
     pub vibration: Option<Vibration>,
 }
 
 impl<S: Space> Wall<S> {
-    /// Creates a wall at rest.
+    /// Creates a wall at rest with a law of rebound.
     pub fn still(rebound: Rebound) -> Self {
         Self {
             rebound,
@@ -49,7 +50,8 @@ impl<S: Space> Wall<S> {
         }
     }
 
-    /// Creates a wall that reverses the normal velocity and nothing else.
+    /// Creates a specular wall at rest, which reverses the normal velocity of particles and changes
+    /// nothing else.
     pub fn specular() -> Self {
         Self::still(Rebound::Restitutive {
             restitution: 1.0,
@@ -57,12 +59,13 @@ impl<S: Space> Wall<S> {
         })
     }
 
-    /// Displacement of the wall from its face into the gas at a time \[length\].
+    /// Returns the displacement of the wall from its face into the gas at a time \[length\].
     pub fn displacement(&self, time: f64) -> f64 {
         self.vibration.map_or(0.0, |v| v.displacement(time))
     }
 
-    /// Velocity of the wall at a time, for the inward normal of its face \[length/time\].
+    /// Returns the velocity of the wall at a time, given the inward normal of its face
+    /// \[length/time\].
     pub fn velocity(&self, normal: S::Vector, time: f64) -> S::Vector {
         match self.vibration {
             Some(vibration) => self.sliding + normal * vibration.velocity(time),
@@ -71,7 +74,7 @@ impl<S: Space> Wall<S> {
     }
 }
 
-/// Face of the box.
+/// Face of the box: periodic, a wall, or open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub enum Face<S: Space> {
@@ -80,36 +83,36 @@ pub enum Face<S: Space> {
     Periodic,
     /// Wall, from which particles rebound.
     Wall(Wall<S>),
-    /// Open face: particles that leave are removed. Monte Carlo only, since exact dynamics keeps
-    /// its disks.
+    /// Open face: particles that leave are removed. Monte Carlo only, since event-driven dynamics
+    /// keeps its disks.
     Open,
 }
 
-/// Reason why faces are refused.
+/// Error why the faces of a box are invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WallError {
-    /// An axis is periodic on one side only.
+    /// One face of an axis is periodic, but the opposite one is not.
     #[error(
         "axis {axis}: one face is periodic and the opposite one is not; allowed are both or none"
     )]
     HalfPeriodic {
-        /// Number of the axis, from 0.
+        /// Axis that is periodic on one side only, from 0.
         axis: usize,
     },
-    /// A number out of range.
+    /// A number of a wall is outside its allowed range.
     #[error("axis {axis}, side {side}: {source}")]
     BadNumber {
-        /// Number of the axis, from 0.
+        /// Axis of the wall with an invalid number, from 0.
         axis: usize,
-        /// Side of the axis: 0 lower, 1 upper.
+        /// Side of the box where the wall is: 0 lower, 1 upper.
         side: usize,
-        /// Refused number, and its allowed values.
+        /// Invalid number of the wall, and its allowed values.
         source: InvalidValue,
     },
 }
 
-/// All faces of a box: lower and upper, by axis; faces beyond the dimension are periodic.
+/// Faces of a box, lower and upper along each axis; faces beyond the dimension are periodic.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Walls<S: Space> {
@@ -117,7 +120,7 @@ pub struct Walls<S: Space> {
 }
 
 impl Walls<Volume> {
-    /// Returns the faces of the first two axes.
+    /// Returns the faces of the first two axes, as those of a two-dimensional box.
     pub fn in_plane(&self) -> Walls<Plane> {
         let flat = |face: Face<Volume>| match face {
             Face::Periodic => Face::Periodic,
@@ -137,12 +140,12 @@ impl Walls<Volume> {
 }
 
 impl<S: Space> Walls<S> {
-    /// Returns no walls: a periodic box.
+    /// Returns the faces of a periodic box without walls.
     pub fn none() -> Self {
         Self::default()
     }
 
-    /// Creates walls at the faces, lower and upper, of the axes.
+    /// Creates the faces of a box from the lower and the upper face along each axis.
     ///
     /// # Errors
     /// [`WallError`] if an axis is periodic on one side only, or a number of a wall is out of
@@ -168,12 +171,13 @@ impl<S: Space> Walls<S> {
         Ok(walls)
     }
 
-    /// Returns the face at an axis and a side, 0 or 1.
+    /// Returns the face of the box along an axis, on the lower (0) or upper (1) side.
     pub fn face(&self, axis: usize, side: usize) -> &Face<S> {
         &self.faces[axis][side]
     }
 
-    /// Returns the wall at an axis and a side, 0 or 1, if there is one.
+    /// Returns the wall along an axis, on the lower (0) or upper (1) side; `None` if the face is no
+    /// wall.
     #[inline]
     pub fn wall(&self, axis: usize, side: usize) -> Option<&Wall<S>> {
         match &self.faces[axis][side] {
@@ -182,17 +186,17 @@ impl<S: Space> Walls<S> {
         }
     }
 
-    /// Returns true if all faces are periodic.
+    /// Returns true if all faces of the box are periodic.
     pub fn is_periodic(&self) -> bool {
         (self.faces.iter().flatten()).all(|face| *face == Face::Periodic)
     }
 
-    /// Returns true if a face is open, so that particles can leave.
+    /// Returns true if some face of the box is open, so that particles can leave.
     pub fn is_open(&self) -> bool {
         (self.faces.iter().flatten()).any(|face| *face == Face::Open)
     }
 
-    /// Creates a box of the given sides with these faces.
+    /// Creates a box of the given side lengths with these faces \[length\].
     ///
     /// # Errors
     /// [`InvalidValue`] unless they are positive and finite.
@@ -201,7 +205,7 @@ impl<S: Space> Walls<S> {
         Domain::new(lengths, periodic)
     }
 
-    /// Returns the unit vector into the gas at a face.
+    /// Returns the unit normal vector of a face of the box, pointing into the gas.
     pub fn normal(axis: usize, side: usize) -> S::Vector {
         let mut normal = S::Vector::default();
         normal[axis] = if side == 0 { 1.0 } else { -1.0 };
@@ -209,7 +213,7 @@ impl<S: Space> Walls<S> {
     }
 }
 
-/// Checks that the numbers of a wall across an axis are valid.
+/// Checks that the law and the sliding velocity of a wall are valid; `axis` is that of its normal.
 fn check_wall<S: Space>(wall: &Wall<S>, axis: usize) -> Result<(), InvalidValue> {
     wall.rebound.check_values()?;
     for component in 0..S::DIMENSION {

@@ -1,4 +1,5 @@
-//! Obstacles inside the box, in the plane: disks, segments, polylines and polygons.
+//! Obstacles inside the box in two dimensions (disks, segments, polylines and polygons): shapes,
+//! checks, contact times and overlaps.
 
 use crate::{InvalidValue, format_short};
 use nalgebra::Vector2;
@@ -14,48 +15,48 @@ use serde::{Deserialize, Serialize};
 use super::feature::{Feature, FlyingParticle, Hit, Round, StraightEdge};
 use super::rebound::Rebound;
 
-/// Half the thickness of all lines, and the least radius with which particles are taken, over the
-/// largest coordinate: a point that has just rebounded is on the side it came from, whatever its
-/// position is rounded to.
+/// Half the thickness of all lines of obstacles, and the least radius used for particles, relative
+/// to the largest coordinate. So a point that has just rebounded is on the side it came from, in
+/// spite of rounding.
 const HAIR: f64 = 1e-10;
 
-/// Least length of an edge, and distance between edges that do not meet, over the largest
+/// Least length of an edge, and least distance of edges that do not meet, relative to the largest
 /// coordinate.
 const FINEST: f64 = 1e-8;
 
-/// Least sine of a corner between two edges that fold back.
+/// Least sine of the angle between two edges that fold back at a corner.
 const SHARPEST: f64 = 1e-6;
 
-/// Circle, straight plate, polyline or polygon that particles rebound from.
+/// Shape of an obstacle that particles rebound from: circle, straight plate, polyline or polygon.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ObstacleShape {
-    /// A solid disk.
+    /// Solid disk.
     Circle {
-        /// Centre \[length\].
+        /// Centre of the disk \[length\].
         centre: Vector2<f64>,
-        /// Radius \[length\].
+        /// Radius of the disk \[length\].
         radius: f64,
     },
-    /// A thin straight plate, touched from both sides.
+    /// Thin straight plate, touched from both sides.
     Segment {
-        /// Both ends \[length\].
+        /// End points of the plate \[length\].
         ends: [Vector2<f64>; 2],
     },
-    /// A thin bent plate, touched from both sides; closed if the last point is the first.
+    /// Thin bent plate, touched from both sides; closed if the last point is the first.
     Polyline {
-        /// Corners, in order \[length\].
+        /// Corners of the bent plate, in order \[length\].
         points: Vec<Vector2<f64>>,
     },
-    /// A solid with straight edges, convex or not, whose edges do not touch but at their ends.
+    /// Solid with straight edges, convex or not, whose edges touch only at their ends.
     Polygon {
-        /// Corners, in either order \[length\].
+        /// Corners of the solid, in either order \[length\].
         points: Vec<Vector2<f64>>,
     },
 }
 
 impl ObstacleShape {
-    /// Returns this shape moved by a vector \[length\].
+    /// Returns the shape displaced by a vector \[length\].
     #[must_use]
     pub fn moved(&self, by: Vector2<f64>) -> Self {
         let all = |points: &[Vector2<f64>]| points.iter().map(|point| point + by).collect();
@@ -77,52 +78,52 @@ impl ObstacleShape {
     }
 }
 
-/// Reason why an obstacle is refused.
+/// Error why an obstacle is invalid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObstacleError {
-    /// Too few points.
+    /// A polyline or polygon has too few points.
     #[error("{found} points; a {shape} has at least {least}")]
     TooFewPoints {
-        /// Name of the shape: polyline or polygon.
+        /// Name of the shape with too few points: polyline or polygon.
         shape: &'static str,
-        /// Number of points given.
+        /// Number of points of the shape, which is too small.
         found: usize,
-        /// Number of points needed.
+        /// Least number of points that the shape needs.
         least: usize,
     },
-    /// A number out of range.
+    /// A number of the obstacle is outside its allowed range.
     #[error(transparent)]
     Invalid(#[from] InvalidValue),
-    /// An edge without length.
+    /// An edge of the obstacle has no length, or too little.
     #[error("edge {edge} has the length {length:e}; allowed are lengths above {least:e}")]
     Degenerate {
-        /// Number of the edge, from 0.
+        /// Number of the edge that is too short, from 0.
         edge: usize,
-        /// Length of the edge \[length\].
+        /// Length of the edge that is too short \[length\].
         length: f64,
-        /// Least length of an edge \[length\].
+        /// Least allowed length of an edge \[length\].
         least: f64,
     },
-    /// Edges that touch each other away from a common corner.
+    /// Two edges of the obstacle touch each other away from a common corner.
     #[error("edges {} and {} touch near ({}, {}); allowed are edges that meet at their ends only, one after the other", edges[0], edges[1], format_short(place[0]), format_short(place[1]))]
     SelfTouching {
-        /// Numbers of the two edges, from 0.
+        /// Numbers of the two edges that touch, from 0.
         edges: [usize; 2],
-        /// Point where the edges touch \[length\].
+        /// Point where the two edges touch \[length\].
         place: [f64; 2],
     },
-    /// The obstacle is not inside the box.
+    /// The obstacle reaches beyond the box.
     #[error("reaches from ({}, {}) to ({}, {}); allowed is the box of {} x {}", format_short(bounds[0][0]), format_short(bounds[0][1]), format_short(bounds[1][0]), format_short(bounds[1][1]), format_short(lengths[0]), format_short(lengths[1]))]
     Outside {
-        /// Lower left and upper right corner of the obstacle \[length\].
+        /// Lower left and upper right corner of the obstacle's bounding box \[length\].
         bounds: [[f64; 2]; 2],
-        /// Sides of the box \[length\].
+        /// Sides of the box, which the obstacle exceeds \[length\].
         lengths: [f64; 2],
     },
 }
 
-/// A body in the box, with the law by which particles rebound from it.
+/// Obstacle in the box: its shape, and the law by which particles rebound from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Obstacle {
     outline: ObstacleShape,
@@ -133,7 +134,7 @@ pub struct Obstacle {
 }
 
 impl Obstacle {
-    /// Creates an obstacle of a shape.
+    /// Creates an obstacle from a shape and a law of rebound.
     ///
     /// # Errors
     /// [`ObstacleError`] if the shape has parts without length, or touches itself, or a number is
@@ -146,16 +147,18 @@ impl Obstacle {
                 centre: *centre,
                 radius: *radius,
             })],
-            ObstacleShape::Segment { ends } => edges(&points, ends[..].iter(), true)?,
-            ObstacleShape::Polyline { points: given } => edges(&points, given.iter(), true)?,
+            ObstacleShape::Segment { ends } => polyline_features(&points, ends[..].iter(), true)?,
+            ObstacleShape::Polyline { points: given } => {
+                polyline_features(&points, given.iter(), true)?
+            }
             ObstacleShape::Polygon { points: given } => {
                 let closed = given.iter().chain(&given[..1]);
                 // Counter-clockwise, so that the outside is to the right.
                 if signed_area(given) > 0.0 {
-                    edges(&points, closed, false)?
+                    polyline_features(&points, closed, false)?
                 } else {
                     let backwards: Vec<_> = closed.copied().rev().collect();
-                    edges(&points, backwards.iter(), false)?
+                    polyline_features(&points, backwards.iter(), false)?
                 }
             }
         };
@@ -163,7 +166,7 @@ impl Obstacle {
             .reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])])
             .unwrap_or_default();
         Ok(Self {
-            hair: HAIR * extent(&points),
+            hair: HAIR * largest_coordinate(&points),
             outline,
             rebound,
             features,
@@ -171,30 +174,30 @@ impl Obstacle {
         })
     }
 
-    /// Returns the shape.
+    /// Returns the shape of the obstacle.
     pub fn outline(&self) -> &ObstacleShape {
         &self.outline
     }
 
-    /// Returns the law by which particles rebound.
+    /// Returns the law by which particles rebound from the obstacle.
     pub fn rebound(&self) -> &Rebound {
         &self.rebound
     }
 
-    /// Returns the edges, corners and disks of the shape.
+    /// Returns the edges, corners and disks of the obstacle's shape.
     pub fn features(&self) -> &[Feature] {
         &self.features
     }
 
-    /// Radius used for a particle of the given radius \[length\], not below a tiny share of the
-    /// obstacle's extent.
+    /// Returns the radius used for a particle of the given radius at contacts with the obstacle
+    /// \[length\]: at least a tiny fraction of the obstacle's extent.
     #[inline]
     pub fn taken(&self, radius: f64) -> f64 {
         radius.max(self.hair)
     }
 
-    /// Returns the first contact before `limit` of a particle in straight or parabolic flight; for
-    /// a particle that has just rebounded, the next one.
+    /// Returns the first contact of a particle in straight or parabolic flight with the obstacle
+    /// before `limit` \[time\]; for a particle that has just rebounded, the next one.
     ///
     /// ```
     /// use nalgebra::vector;
@@ -228,7 +231,8 @@ impl Obstacle {
         first
     }
 
-    /// Distance of a point from the surface \[length\]; negative inside a solid.
+    /// Returns the distance of a point from the obstacle's surface \[length\]; negative inside a
+    /// solid.
     pub fn clearance(&self, point: Vector2<f64>) -> f64 {
         if let ObstacleShape::Circle { centre, radius } = &self.outline {
             return (point - centre).norm() - radius;
@@ -242,7 +246,7 @@ impl Obstacle {
         }
     }
 
-    /// Returns true if a point is inside a solid.
+    /// Returns true if a point is inside the obstacle, a disk or polygon.
     pub fn holds(&self, point: Vector2<f64>) -> bool {
         match &self.outline {
             ObstacleShape::Circle { centre, radius } => (point - centre).norm() < *radius,
@@ -259,13 +263,12 @@ impl Obstacle {
         radius - self.clearance(position) > tolerance
     }
 
-    /// Returns the lower left and upper right corner of the rectangle around the obstacle
-    /// \[length\].
+    /// Returns the bounding box of the obstacle: lower left and upper right corner \[length\].
     pub fn bounds(&self) -> [Vector2<f64>; 2] {
         self.bounds
     }
 
-    /// Area that the obstacle takes from the gas \[length^2\].
+    /// Returns the area that the obstacle takes from the gas \[length^2\].
     pub fn area(&self) -> f64 {
         match &self.outline {
             ObstacleShape::Circle { radius, .. } => std::f64::consts::PI * radius * radius,
@@ -274,7 +277,7 @@ impl Obstacle {
         }
     }
 
-    /// Checks that the obstacle is inside a box of the given sides, edges included.
+    /// Checks that the obstacle is inside a box of the given side lengths, edges included.
     ///
     /// # Errors
     /// [`ObstacleError::Outside`] if it is not.
@@ -290,18 +293,18 @@ impl Obstacle {
     }
 }
 
-/// Many obstacles, and a hierarchy of the rectangles around their parts, for particles that fly for
-/// a limited time.
+/// Many obstacles with a bounding-volume hierarchy of their features, for contacts of particles
+/// that fly for a limited time.
 pub struct Obstacles {
     all: Vec<Obstacle>,
-    /// Obstacle and feature of each leaf of the tree.
+    /// Obstacle number and feature number of each leaf of the hierarchy.
     leaves: Vec<[u32; 2]>,
     tree: Bvh,
     hair: f64,
 }
 
 impl Obstacles {
-    /// Builds the hierarchy of all obstacles of a box.
+    /// Builds the bounding-volume hierarchy of all obstacles of a box.
     pub fn new(all: Vec<Obstacle>) -> Self {
         let mut leaves = Vec::new();
         let mut boxes = Vec::new();
@@ -320,13 +323,13 @@ impl Obstacles {
         }
     }
 
-    /// Returns the obstacles, in the order given.
+    /// Returns all obstacles, in the order given.
     pub fn obstacle_list(&self) -> &[Obstacle] {
         &self.all
     }
 
-    /// Returns the first contact of a particle in flight before `limit`, which is finite, and the
-    /// number of the obstacle.
+    /// Returns the first contact of a particle in flight with any obstacle before `limit` \[time\],
+    /// which must be finite, and the number of the obstacle.
     pub fn first_contact(
         &self,
         position: Vector2<f64>,
@@ -345,7 +348,8 @@ impl Obstacles {
         };
         let [least, most] = flight.bounds(limit);
         // Reach with a margin against rounding.
-        let reach = (radius.max(self.hair) * (1.0 + 1e-9)).max(HAIR * extent(&[least, most]));
+        let reach =
+            (radius.max(self.hair) * (1.0 + 1e-9)).max(HAIR * largest_coordinate(&[least, most]));
         let reach = Vector::new(reach, reach);
         let (least, most): (Vector, Vector) = (least.into(), most.into());
         let mut first: Option<(usize, Hit)> = None;
@@ -372,7 +376,7 @@ impl Obstacles {
     }
 }
 
-/// Returns the points of a shape, if they are finite and enough.
+/// Returns the points of a shape; an error if they are too few or a number is invalid.
 fn check_numbers(outline: &ObstacleShape) -> Result<Vec<Vector2<f64>>, ObstacleError> {
     let too_few = |shape, found, least| {
         Err(ObstacleError::TooFewPoints {
@@ -405,12 +409,12 @@ fn check_numbers(outline: &ObstacleShape) -> Result<Vec<Vector2<f64>>, ObstacleE
     Ok(points)
 }
 
-/// Largest absolute coordinate \[length\].
-fn extent(points: &[Vector2<f64>]) -> f64 {
+/// Returns the largest absolute coordinate of points \[length\].
+fn largest_coordinate(points: &[Vector2<f64>]) -> f64 {
     points.iter().map(Vector2::amax).fold(0.0, f64::max)
 }
 
-/// Area of a polygon, positive if it is counter-clockwise.
+/// Returns the area of a polygon \[length^2\], positive if its corners are counter-clockwise.
 fn signed_area(points: &[Vector2<f64>]) -> f64 {
     let next = points.iter().cycle().skip(1);
     let origin = points[0];
@@ -418,14 +422,15 @@ fn signed_area(points: &[Vector2<f64>]) -> f64 {
     0.5 * twice.sum::<f64>()
 }
 
-/// Returns the edges and corners along a line of points.
-fn edges<'a>(
+/// Returns the edges and corners of a polyline through points, as features that particles can
+/// touch.
+fn polyline_features<'a>(
     all: &[Vector2<f64>],
     points: impl Iterator<Item = &'a Vector2<f64>>,
     both_sides: bool,
 ) -> Result<Vec<Feature>, ObstacleError> {
     let points: Vec<Vector2<f64>> = points.copied().collect();
-    let least = FINEST * extent(all);
+    let least = FINEST * largest_coordinate(all);
     let mut edges = Vec::with_capacity(points.len());
     for (edge, ends) in points.windows(2).enumerate() {
         let along = ends[1] - ends[0];
@@ -467,7 +472,7 @@ fn edges<'a>(
     Ok(features)
 }
 
-/// Checks that edges touch only where one ends and the next begins.
+/// Checks that the edges of an obstacle touch only where one ends and the next begins.
 fn check_touching(
     points: &[Vector2<f64>],
     edges: &[StraightEdge],

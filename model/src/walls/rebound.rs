@@ -1,4 +1,5 @@
-//! Law by which particles rebound from walls and obstacles.
+//! Law by which particles rebound from walls and obstacles, and ledger of the momentum and energy
+//! given to the gas.
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
@@ -9,42 +10,45 @@ use crate::physics::{ParticleModel, SpinOf, VectorOf};
 use crate::space::{Space, Vector};
 use crate::surface::Surface;
 
-/// Law of rebound of a wall or an obstacle.
+/// Wall law, by which particles rebound from a wall or an obstacle: with restitution and slip, or
+/// diffuse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Rebound {
-    /// The normal velocity is reversed and multiplied by `restitution`, 0 to 1; the tangential
-    /// velocity of the contact (of the centre, for smooth particles) is multiplied by `slip`, -1
-    /// to 1. (1, 1) is a specular wall.
+    /// Wall with restitution and slip: the normal velocity is reversed and multiplied by
+    /// `restitution`, 0 to 1; the tangential velocity of the contact (of the centre, for smooth
+    /// particles) is multiplied by `slip`, -1 to 1. (1, 1) is a specular wall.
     Restitutive {
-        /// Coefficient of normal restitution.
+        /// Coefficient of normal restitution of the wall, 0 to 1.
         restitution: f64,
-        /// Tangential velocity of the contact after it over that before, from -1 to 1.
+        /// Tangential velocity of the contact after a rebound from the wall over that before, from
+        /// -1 to 1; 1 is no friction.
         slip: f64,
     },
-    /// The particle forgets how it came and leaves with the flux of a Maxwellian at rest with the
-    /// wall: the normal velocity has the density v exp(-m v^2/2T), all others, spins included, are
-    /// Gaussian.
+    /// Diffuse wall: the particle forgets how it came and leaves with the flux of a Maxwellian at
+    /// rest with the wall. The normal velocity has the density v exp(-m v^2/2T), all others, spins
+    /// included, are Gaussian.
     Diffuse {
-        /// Temperature of the wall \[energy\].
+        /// Temperature of the diffuse wall \[energy\].
         temperature: f64,
     },
 }
 
-/// A particle that touches a wall.
+/// Contact of a particle with a wall or obstacle: normal, wall velocity, and the particle's mass
+/// and radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch<V> {
-    /// Unit vector into the gas.
+    /// Unit normal vector of the wall, into the gas.
     pub normal: V,
-    /// Velocity of the wall \[length/time\].
+    /// Velocity of the wall at the contact \[length/time\].
     pub wall: V,
-    /// Mass of the particle.
+    /// Mass of the particle that touches the wall \[mass\].
     pub mass: f64,
-    /// Radius of the particle \[length\].
+    /// Radius of the particle that touches the wall \[length\].
     pub radius: f64,
 }
 
 impl Rebound {
-    /// Checks that the numbers of the law are valid.
+    /// Checks that the numbers of the wall law are within their allowed ranges.
     pub(super) fn check_values(&self) -> Result<(), InvalidValue> {
         let within = |name, number: f64, least: f64, allowed| {
             let is_within = (least..=1.0).contains(&number);
@@ -63,8 +67,8 @@ impl Rebound {
         }
     }
 
-    /// Changes the velocity and spin of a particle at a contact. `stream` is made only where
-    /// numbers are drawn.
+    /// Changes the velocity and spin of a particle at a contact with a wall by this law. The random
+    /// `stream` is created only for diffuse walls.
     #[inline]
     pub fn apply<P: ParticleModel, R: Rng>(
         &self,
@@ -106,20 +110,21 @@ impl Rebound {
     }
 }
 
-/// Momentum and energy that a wall has given to the gas so far.
+/// Momentum and energy that a wall, obstacle or opening has given to the gas so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct WallLedger<S: Space> {
-    /// Contacts, each counted with the number of particles that it stands for.
+    /// Number of contacts with the wall, each times the number of particles that a simulator stands
+    /// for.
     pub contacts: f64,
-    /// Momentum \[mass length/time\].
+    /// Momentum that the wall has given to the gas \[mass length/time\].
     pub momentum: S::Vector,
-    /// Kinetic energy, including the energy of rotation \[energy\].
+    /// Kinetic energy that the wall has given to the gas, rotation included \[energy\].
     pub energy: f64,
 }
 
 impl<S: Space> WallLedger<S> {
-    /// Enters one contact that stands for `weight` particles.
+    /// Adds one contact that stands for `weight` particles, with momentum and energy given to each.
     #[inline]
     pub fn enter(&mut self, weight: f64, momentum: S::Vector, energy: f64) {
         self.contacts += weight;
@@ -127,7 +132,7 @@ impl<S: Space> WallLedger<S> {
         self.energy += energy * weight;
     }
 
-    /// Adds the entries of another ledger.
+    /// Adds the entries of another ledger to this one.
     pub fn add(&mut self, other: &Self) {
         self.contacts += other.contacts;
         self.momentum += other.momentum;

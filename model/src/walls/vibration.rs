@@ -1,12 +1,12 @@
-//! Vibration of a wall: motion to and fro.
+//! Vibration of a wall along its normal, as a triangle wave.
 
 use serde::{Deserialize, Serialize};
 
 use crate::invalid::InvalidValue;
 
-/// A triangle wave: the wall goes `amplitude` into the gas and back in each period, at constant
-/// speed, so that the time of a contact has a closed form. It begins at its face, inwards, at time
-/// zero.
+/// Vibration of a wall as a triangle wave: in each period it goes `amplitude` into the gas and back
+/// at constant speed, so that contact times have a closed form. It begins at its face, inwards, at
+/// time zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Vibration {
     amplitude: f64,
@@ -14,7 +14,7 @@ pub struct Vibration {
 }
 
 impl Vibration {
-    /// Creates a vibration.
+    /// Creates a vibration from an amplitude \[length\] and a period \[time\].
     ///
     /// # Errors
     /// [`InvalidValue`] unless amplitude and period are positive and finite.
@@ -25,23 +25,24 @@ impl Vibration {
         })
     }
 
-    /// Amplitude: farthest displacement of the wall into the gas \[length\].
+    /// Returns the amplitude of the vibration: the largest displacement of the wall into the gas
+    /// \[length\].
     pub fn amplitude(&self) -> f64 {
         self.amplitude
     }
 
-    /// Period: time of one way into the gas and back \[time\].
+    /// Returns the period of the vibration: the time of one way into the gas and back \[time\].
     pub fn period(&self) -> f64 {
         self.period
     }
 
-    /// Speed of the wall \[length/time\].
+    /// Returns the constant speed of the vibrating wall \[length/time\].
     pub fn speed(&self) -> f64 {
         2.0 * self.amplitude / self.period
     }
 
-    /// Number of turns before a time: even on the way in, odd on the way back. A turn belongs to
-    /// the way that it begins.
+    /// Returns the number of turns of the vibrating wall before a time: even on the way into the
+    /// gas, odd on the way back. A turn belongs to the way that it begins.
     fn turns(&self, time: f64) -> f64 {
         let half = 0.5 * self.period;
         let turns = (time / half).floor();
@@ -55,7 +56,8 @@ impl Vibration {
         }
     }
 
-    /// Displacement of the wall from its face into the gas at a time \[length\].
+    /// Returns the displacement of the vibrating wall from its face into the gas at a time
+    /// \[length\].
     pub fn displacement(&self, time: f64) -> f64 {
         let turns = self.turns(time);
         let since = (time - turns * 0.5 * self.period) * self.speed();
@@ -66,7 +68,7 @@ impl Vibration {
         }
     }
 
-    /// Velocity of the wall into the gas from a time on \[length/time\].
+    /// Returns the velocity of the vibrating wall into the gas just after a time \[length/time\].
     pub fn velocity(&self, time: f64) -> f64 {
         if self.turns(time).rem_euclid(2.0) == 0.0 {
             self.speed()
@@ -75,7 +77,7 @@ impl Vibration {
         }
     }
 
-    /// First turning time of the wall after `time` \[time\].
+    /// Returns the first time after `time` at which the vibrating wall turns \[time\].
     pub fn next_turn(&self, time: f64) -> f64 {
         ((self.turns(time) + 1.0) * 0.5 * self.period).max(time.next_up())
     }

@@ -1,4 +1,5 @@
-//! Velocity bounds of the possible partners, by cell and by line of cells.
+//! Bounding boxes of the velocities of possible partners in a halo copy, by cell and by line of
+//! cells: majorants of the approach speed.
 
 use stosszahl_model::{ParticleModel, Space, VectorOf};
 
@@ -8,7 +9,8 @@ use crate::cross_cell::search_ranges::Ranges;
 use crate::extrema::larger;
 
 impl<P: ParticleModel> HaloCopy<P> {
-    /// Computes the velocity box of each cell, and marks cells with hardly any particles around.
+    /// Computes the bounding box of the velocities in each cell of the halo copy, and counts
+    /// simulators around cells to mark lines with sparse cells.
     #[inline(always)]
     pub(super) fn bound(&mut self) {
         let all = self.starts.len() - 1;
@@ -63,8 +65,8 @@ impl<P: ParticleModel> HaloCopy<P> {
         }
     }
 
-    /// Computes, for a line of cells of the tile, the bounding box of the velocities of all
-    /// possible partners.
+    /// Computes the bounding box of the velocities of all possible partners, for each cell of one
+    /// line of the tile.
     #[inline(always)]
     pub(in crate::cross_cell) fn bound_line(&mut self, [y, z]: [usize; 2]) {
         let columns = self.sides[0];
@@ -97,7 +99,8 @@ impl<P: ParticleModel> HaloCopy<P> {
         self.bound_far();
     }
 
-    /// Joins the velocity boxes of the layers around a layer, column by column.
+    /// Joins the velocity boxes of the layers of cells around the layer `z`, column by column, in
+    /// three dimensions.
     #[inline(always)]
     fn join_layers(&mut self, z: usize) {
         let reach = self.ranges.reach();
@@ -113,7 +116,8 @@ impl<P: ParticleModel> HaloCopy<P> {
         self.slab_of = Some(z);
     }
 
-    /// Widens the bounds where a search finds no particle near and continues farther away.
+    /// Widens the velocity bounds of cells where a partner search may find no partner in the first
+    /// block and continue farther away.
     fn bound_far(&mut self) {
         let [y, z] = self.line;
         let [columns, rows, _] = self.sides;
@@ -169,8 +173,8 @@ impl<P: ParticleModel> HaloCopy<P> {
         }
     }
 
-    /// Returns true if no partner found around a point in this cell approaches along -k faster than
-    /// `speed`. False if the search may continue farther away.
+    /// Returns true if no partner found around a point in a cell approaches along -k faster than
+    /// `speed` \[length/time\]. False if the search may continue farther away.
     #[inline(always)]
     pub(in crate::cross_cell) fn is_slow(&self, cell: usize, k: VectorOf<P>, speed: f64) -> bool {
         if self.near[cell] <= 1 {
@@ -184,7 +188,8 @@ impl<P: ParticleModel> HaloCopy<P> {
         }
     }
 
-    /// Largest speed along -k of particles in the cells within `near` of a cell.
+    /// Returns the largest speed along -k of simulators in cells within `near` cells of a cell
+    /// \[length/time\].
     #[inline(always)]
     fn fastest(&self, cell: usize, k: VectorOf<P>, near: usize) -> f64 {
         let deep = near * usize::from(P::Space::DIMENSION > 2);

@@ -1,17 +1,17 @@
-//! Starts in CSV: a first line `# box: Lx Ly` (`Lx Ly Lz` of spheres), then a header with the
-//! columns `x,y` (`z`) and, optionally, `vx,vy,vz,wx,wy,wz,radius,mass,type` in any order;
+//! Initial states in CSV files: a first line `# box: Lx Ly` (`Lx Ly Lz` of spheres), then a header
+//! with the columns `x,y` (`z`) and, optionally, `vx,vy,vz,wx,wy,wz,radius,mass,type` in any order;
 //! velocities alone need no box.
 
 use std::collections::HashMap;
 
 use super::rows::{Columns, FileError, Rows, SourceFile, StartFile};
 
-/// Names of the columns of CSV.
+/// Names of the columns that a CSV file of an initial state may have.
 const NAMES: [&str; 12] = [
     "x", "y", "z", "vx", "vy", "vz", "wx", "wy", "wz", "radius", "mass", "type",
 ];
 
-/// Reads a start in CSV.
+/// Reads an initial state from the text of a CSV file.
 pub(super) fn read_csv(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let first = text.lines().next().unwrap_or("");
     let boxed = first.strip_prefix("# box:");
@@ -80,7 +80,7 @@ pub(super) fn read_csv(source: &SourceFile<'_>, text: &str) -> Result<StartFile,
     rows.finish()
 }
 
-/// Reads the sides of the box from the first line of a CSV file.
+/// Reads the side lengths of the box from the first line of a CSV file.
 fn csv_box(source: &SourceFile<'_>, line: &str, sides: &str) -> Result<[f64; 3], FileError> {
     let sides: Vec<&str> = sides.split_whitespace().collect();
     if !(2..=3).contains(&sides.len()) {

@@ -1,13 +1,14 @@
-//! Starts in GSD of the schema `hoomd`: one frame with `particles/position` and, optionally,
-//! `velocity`, `diameter`, `mass`, `typeid` and `types`, and the angular velocities,
-//! weights and periodic axes that snapshots log. The box of HOOMD-blue is around the origin; its numbers have single precision.
+//! Initial states in GSD files of the schema `hoomd`: one frame with `particles/position` and,
+//! optionally, `velocity`, `diameter`, `mass`, `typeid` and `types`, and the angular velocities,
+//! weights and periodic axes that snapshots log. The box of HOOMD-blue is around the origin; its
+//! numbers have single precision.
 
 use nalgebra::Vector3;
 
 use super::rows::{FileError, LARGEST, SPECIES_NAME, SourceFile, StartFile, is_species_name};
 use crate::gsd::{Array, GsdFile};
 
-/// Reads a start in GSD.
+/// Reads an initial state from the bytes of a GSD file.
 pub(super) fn read_gsd(source: &SourceFile<'_>, bytes: &[u8]) -> Result<StartFile, FileError> {
     let refuse = |found: String, expected: &str| Err(source.frame_error(0, found, expected));
     let Some(file) = GsdFile::read(bytes) else {
@@ -69,7 +70,7 @@ pub(super) fn read_gsd(source: &SourceFile<'_>, bytes: &[u8]) -> Result<StartFil
     })
 }
 
-/// The first frame of a file.
+/// First frame of a GSD file with an initial state.
 struct Frame<'a> {
     source: &'a SourceFile<'a>,
     file: GsdFile<'a>,
@@ -80,7 +81,8 @@ impl Frame<'_> {
         self.source.frame_error(0, found, expected)
     }
 
-    /// Array with this number of rows, whose numbers are finite.
+    /// Returns an array of the frame, checked for the given number of rows and finite numbers;
+    /// `None` if the frame does not have it.
     fn array(&self, name: &str, rows: usize) -> Result<Option<Array>, FileError> {
         let Some(array) = self.file.array(0, name) else {
             return Ok(None);
@@ -101,7 +103,8 @@ impl Frame<'_> {
         Ok(Some(array))
     }
 
-    /// Numbers of an array with this number of rows of one column.
+    /// Returns the numbers of a one-column array of the frame, checked for the given number of
+    /// rows; `None` if the frame does not have it.
     fn numbers(&self, name: &str, rows: usize) -> Result<Option<Vec<f64>>, FileError> {
         Ok(self.columns(name, rows, 1)?.map(|array| array.numbers))
     }
@@ -117,13 +120,15 @@ impl Frame<'_> {
         }
     }
 
-    /// Numbers of a column of six.
+    /// Returns the six numbers of a one-column array of the frame; `None` if the frame does not
+    /// have it.
     fn vector(&self, name: &str) -> Result<Option<[f64; 6]>, FileError> {
         let numbers = self.numbers(name, 6)?;
         Ok(numbers.and_then(|all| all.try_into().ok()))
     }
 
-    /// Vectors of all particles.
+    /// Returns a vector for each of `count` particles from a three-column array of the frame;
+    /// `None` if the frame does not have it.
     fn vectors(&self, name: &str, count: usize) -> Result<Option<Vec<Vector3<f64>>>, FileError> {
         let array = self.columns(name, count, 3)?;
         Ok(array.map(|array| {
@@ -135,7 +140,8 @@ impl Frame<'_> {
         }))
     }
 
-    /// Numbers above zero of all particles.
+    /// Returns a positive number for each of `count` particles from an array of the frame, as a
+    /// diameter or mass; `None` if the frame does not have it.
     fn sizes(&self, name: &str, count: usize) -> Result<Option<Vec<f64>>, FileError> {
         let numbers = self.numbers(name, count)?;
         let bad = numbers
@@ -151,7 +157,8 @@ impl Frame<'_> {
         }
     }
 
-    /// Names of the types of all particles; `None` if the file has neither names nor numbers.
+    /// Returns the species name of each of `count` particles; `None` if the file has neither type
+    /// names nor type numbers.
     fn types(&self, count: usize) -> Result<Option<Vec<String>>, FileError> {
         let names = self
             .file

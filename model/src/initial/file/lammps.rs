@@ -1,6 +1,6 @@
-//! Starts in the text dumps of LAMMPS: one frame of a box that is orthogonal or tilted by `xy`, whose
-//! atoms have `x y z` (or scaled `xs ys zs`) and, optionally, `vx vy vz`, `omegax omegay omegaz`,
-//! `radius` or `diameter`, `mass`, `type` and `weight`. Further columns are ignored.
+//! Initial states in text dumps of LAMMPS: one frame of a box that is orthogonal or tilted by `xy`,
+//! whose atoms have `x y z` (or scaled `xs ys zs`) and, optionally, `vx vy vz`, `omegax omegay
+//! omegaz`, `radius` or `diameter`, `mass`, `type` and `weight`. Further columns are ignored.
 
 use std::collections::HashMap;
 
@@ -8,16 +8,16 @@ use nalgebra::Vector3;
 
 use super::rows::{Columns, Components, FileError, Rows, SourceFile, StartFile};
 
-/// Box of a dump: its lower corner and its sides \[length\], and its periodic axes.
+/// Box of a LAMMPS dump: its lower corner and sides \[length\], its tilt, and its periodic axes.
 struct DumpBox {
     lower: Vector3<f64>,
     lengths: [f64; 3],
-    /// Displacement of the upper side along x \[length\].
+    /// Displacement of the upper side of the box along x, the tilt factor xy \[length\].
     tilt: f64,
     periodic: [bool; 3],
 }
 
-/// Reads a start in a text dump of LAMMPS.
+/// Reads an initial state from a text dump of LAMMPS.
 pub(super) fn read_dump(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let mut lines = text
         .lines()
@@ -34,14 +34,14 @@ pub(super) fn read_dump(source: &SourceFile<'_>, text: &str) -> Result<StartFile
                 let expected = "`ITEM: NUMBER OF ATOMS` and `ITEM: BOX BOUNDS` before";
                 return Err(source.error(line, "`ITEM: ATOMS`", expected));
             };
-            return atoms(source, (line, columns), &domain, count, &mut lines);
+            return read_atoms(source, (line, columns), &domain, count, &mut lines);
         } else if item.starts_with("ITEM: NUMBER OF ATOMS") {
             let (line, number) = lines.next().unwrap_or((line + 1, ""));
             let parsed = number.trim().parse::<usize>().ok();
             let refused = || source.error(line, format!("`{number}`"), "the number of atoms");
             count = Some(parsed.ok_or_else(refused)?);
         } else if let Some(ends) = item.strip_prefix("ITEM: BOX BOUNDS") {
-            domain = Some(bounds(source, line, ends, &mut lines)?);
+            domain = Some(read_bounds(source, line, ends, &mut lines)?);
         } else if item.starts_with("ITEM:") {
             // The time, its number of step, the units.
             lines.next();
@@ -51,8 +51,8 @@ pub(super) fn read_dump(source: &SourceFile<'_>, text: &str) -> Result<StartFile
     }
 }
 
-/// Reads the bounds of the box, after the words for its faces.
-fn bounds<'a>(
+/// Reads the bounds of the box from a LAMMPS dump; `faces` holds the words on its periodic axes.
+fn read_bounds<'a>(
     source: &SourceFile<'_>,
     header: usize,
     faces: &str,
@@ -103,8 +103,8 @@ fn bounds<'a>(
     Ok(domain)
 }
 
-/// Reads the atoms, after the names of their columns.
-fn atoms<'a>(
+/// Reads the atoms of a LAMMPS dump, after the line with the names of their columns.
+fn read_atoms<'a>(
     source: &SourceFile<'_>,
     (header, names): (usize, &str),
     domain: &DumpBox,

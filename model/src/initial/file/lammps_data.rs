@@ -1,5 +1,5 @@
-//! Starts in the data files of LAMMPS (`write_data`, `read_data`): the sections `Atoms` of the styles
-//! `atomic` and `sphere`, `Masses` and `Velocities`. Other sections are passed over.
+//! Initial states in data files of LAMMPS (`write_data`, `read_data`): the sections `Atoms` of the
+//! styles `atomic` and `sphere`, `Masses` and `Velocities`. Other sections are ignored.
 
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -8,25 +8,25 @@ use nalgebra::Vector3;
 
 use super::rows::{Columns, FileError, Rows, SourceFile, StartFile};
 
-/// Row of a section: its line, and the words in it.
+/// Row of a section in a LAMMPS data file: its line number, and its words.
 type Row<'a> = (usize, Vec<&'a str>);
 
-/// Section of a data file.
+/// Section of a LAMMPS data file, such as `Atoms`, with its rows.
 struct Section<'a> {
-    /// Line of its name.
+    /// Number of the line with the name of the section.
     line: usize,
-    /// Remark next to the name: the atom style.
+    /// Comment after the name of the section, which is the atom style.
     remark: &'a str,
     rows: Vec<Row<'a>>,
 }
 
-/// Styles of atoms that are read, with the columns of a row, without image flags.
+/// Description of the atom styles that can be read, with the columns of a row, for error messages.
 const STYLES: &str = "`Atoms # sphere` (id type diameter density x y z) or `Atoms # atomic` (id type x y z); a text dump \
                       with the columns id type x y z vx vy vz radius mass has those of any style";
 
-/// Reads a start in a data file of LAMMPS.
+/// Reads an initial state from the text of a LAMMPS data file.
 pub(super) fn read_data(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
-    let (head, sections) = parts(text);
+    let (head, sections) = split_sections(text);
     let last = text.lines().count().max(1);
     let bounds = Bounds::of(source, &head, last)?;
     let absent = |what: &str| source.error(last, "the end of the file", what);
@@ -84,8 +84,8 @@ pub(super) fn read_data(source: &SourceFile<'_>, text: &str) -> Result<StartFile
     Ok(start)
 }
 
-/// Splits a data file into the rows of its head and its sections, by their names.
-fn parts(text: &str) -> (Vec<Row<'_>>, HashMap<String, Section<'_>>) {
+/// Splits a LAMMPS data file into the rows of its head, and its sections by name.
+fn split_sections(text: &str) -> (Vec<Row<'_>>, HashMap<String, Section<'_>>) {
     let (mut head, mut sections) = (Vec::new(), HashMap::<String, Section<'_>>::new());
     let mut name = String::new();
     // The first line is a remark.
@@ -112,11 +112,11 @@ fn parts(text: &str) -> (Vec<Row<'_>>, HashMap<String, Section<'_>>) {
     (head, sections)
 }
 
-/// Box of a data file.
+/// Box of a LAMMPS data file: its lower corner, sides and tilt.
 struct Bounds {
     lower: Vector3<f64>,
     lengths: [f64; 3],
-    /// Displacement of the upper side along x \[length\].
+    /// Displacement of the upper side of the box along x, the tilt factor xy \[length\].
     tilt: f64,
 }
 
@@ -166,7 +166,8 @@ impl Bounds {
     }
 }
 
-/// Returns true for atoms with a diameter and a density, false for points.
+/// Determines the atom style of a LAMMPS data file: true for `sphere` (diameter and density), false
+/// for `atomic` (points).
 fn style(source: &SourceFile<'_>, atoms: &Section<'_>) -> Result<bool, FileError> {
     let width = atoms.rows.first().map_or(0, |(_, words)| words.len());
     match (atoms.remark, width) {
@@ -182,7 +183,7 @@ fn style(source: &SourceFile<'_>, atoms: &Section<'_>) -> Result<bool, FileError
     }
 }
 
-/// Returns the masses of all atoms by their types.
+/// Returns the mass of each atom of a LAMMPS data file, by its type in the section `Masses`.
 fn masses_of_types(
     source: &SourceFile<'_>,
     masses: &Section<'_>,
@@ -203,7 +204,8 @@ fn masses_of_types(
     atoms.rows.iter().map(mass).collect()
 }
 
-/// Adds velocities, and the angular velocities that follow them, to the atoms of the same numbers.
+/// Adds velocities and angular velocities from the section `Velocities` of a LAMMPS data file to
+/// the atoms with the same numbers.
 fn add_velocities(
     source: &SourceFile<'_>,
     velocities: &Section<'_>,

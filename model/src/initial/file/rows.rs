@@ -1,105 +1,108 @@
-//! Rows of a start file on their way into a [`StartFile`], and the errors that name their lines.
+//! Content of a file with an initial state, assembled row by row, and errors that name file and
+//! line.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 
-/// Content of a start file, as written; components that the file lacks are zero.
+/// Content of a file with an initial state, as written; vector components that the file lacks are
+/// zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StartFile {
     /// Side lengths of the box \[length\], the third 0 where the file names two; `None` without a
     /// box.
     pub lengths: Option<[f64; 3]>,
-    /// Displacement of the box above along x, by the tilt of a box in shear flow \[length\]; 0 for a
-    /// rectangular box. It may be negative or beyond the width.
+    /// Displacement of the periodic image above along x, from the tilt of a box in shear flow
+    /// \[length\]; 0 for a rectangular box. It may be negative or beyond the width.
     pub shear_offset: f64,
-    /// Periodicity by axis; `None` where the file does not state it.
+    /// True for each axis along which the box is periodic; `None` where the file does not state it.
     pub periodic: Option<[bool; 3]>,
-    /// Centres \[length\], if the file has them.
+    /// Position of the centre of each particle \[length\]; `None` if the file has no positions.
     pub positions: Option<Vec<Vector3<f64>>>,
-    /// Velocities \[length/time\], if the file has them.
+    /// Velocity of each particle \[length/time\]; `None` if the file has no velocities.
     pub velocities: Option<Vec<Vector3<f64>>>,
-    /// Angular velocities \[1/time\], if the file has them.
+    /// Angular velocity of each particle \[1/time\]; `None` if the file has none.
     pub spins: Option<Vec<Vector3<f64>>>,
-    /// Radii \[length\], if the file has them.
+    /// Radius of each particle \[length\]; `None` if the file has no radii.
     pub radii: Option<Vec<f64>>,
-    /// Masses, if the file has them.
+    /// Mass of each particle \[mass\]; `None` if the file has no masses.
     pub masses: Option<Vec<f64>>,
-    /// Names of the species of the particles, if the file has them.
+    /// Species name of each particle; `None` if the file has no types.
     pub types: Option<Vec<String>>,
-    /// Weights: numbers of particles that each particle of the file stands for, if the file has
-    /// them.
+    /// Weight of each particle of the file, the number of particles it stands for; `None` if the
+    /// file has no weights.
     pub weights: Option<Vec<f64>>,
-    /// True if the numbers of the file have single precision, with a relative rounding of 2^-24.
+    /// True if the numbers in the file have single precision, with a relative rounding of 2^-24.
     pub is_single_precision: bool,
 }
 
 impl StartFile {
-    /// Number of particles.
+    /// Returns the number of particles in the file.
     pub fn count(&self) -> usize {
         let placed = self.positions.as_ref().or(self.velocities.as_ref());
         placed.map_or(0, Vec::len)
     }
 }
 
-/// Reason why a start file could not be used.
+/// Error why a file with an initial state could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FileError {
-    /// The file could not be read.
+    /// The file could not be read from disk.
     #[error("{}: {source}", path.display())]
     Unreadable {
-        /// Path of the file.
+        /// Path of the unreadable file.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
     },
-    /// A line has wrong content.
+    /// A line of a text file has invalid content.
     #[error("{}:{line}: found {found}; expected {expected}", path.display())]
     Content {
-        /// Path of the file.
+        /// Path of the text file with the invalid line.
         path: PathBuf,
-        /// Line, counted from 1.
+        /// Number of the invalid line, from 1.
         line: usize,
-        /// Text found.
+        /// Text found in the invalid line.
         found: String,
-        /// Expected content.
+        /// Text that is expected in this line.
         expected: String,
     },
-    /// A frame of a binary file has wrong content.
+    /// A frame of a binary file has invalid content.
     #[error("{}, frame {frame}: found {found}; expected {expected}", path.display())]
     Frame {
-        /// Path of the file.
+        /// Path of the binary file with the invalid frame.
         path: PathBuf,
-        /// Frame, counted from 0.
+        /// Number of the invalid frame, from 0.
         frame: u64,
-        /// Content found.
+        /// Content found in the invalid frame.
         found: String,
-        /// Expected content.
+        /// Content that is expected in this frame.
         expected: String,
     },
 }
 
-/// Largest number of a start file: squares and ratios of such numbers are still finite.
+/// Largest number allowed in a file with an initial state: squares and ratios of such numbers are
+/// still finite.
 pub(super) const LARGEST: f64 = 1e100;
 
-/// Names of species that are allowed.
+/// Description of the allowed names of species, for error messages.
 pub(super) const SPECIES_NAME: &str = "a name of 1 to 40 characters other than \"all\"";
 
-/// Returns true if a species may have this name.
+/// Returns true if a text is an allowed name of a species.
 pub(super) fn is_species_name(name: &str) -> bool {
     let plain = !name.chars().any(char::is_control) && name.chars().count() <= 40;
     plain && !name.is_empty() && name != "all"
 }
 
-/// Path of a file that is read, for its errors.
+/// Path of the file that is being read, for its error messages.
 pub(super) struct SourceFile<'a> {
     pub(super) path: &'a Path,
 }
 
 impl SourceFile<'_> {
-    /// Error of a line.
+    /// Creates the error that a line of the file has invalid content.
     pub(super) fn error(
         &self,
         line: usize,
@@ -114,7 +117,7 @@ impl SourceFile<'_> {
         }
     }
 
-    /// Error of a frame of a binary file.
+    /// Creates the error that a frame of the binary file has invalid content.
     pub(super) fn frame_error(
         &self,
         frame: u64,
@@ -129,7 +132,7 @@ impl SourceFile<'_> {
         }
     }
 
-    /// Number in a column.
+    /// Reads a number from the column `name` of a line; an error if it is missing or invalid.
     pub(super) fn number(
         &self,
         line: usize,
@@ -148,7 +151,7 @@ impl SourceFile<'_> {
         }
     }
 
-    /// Number above zero in a column.
+    /// Reads a number above zero from the column `name` of a line; an error otherwise.
     pub(super) fn positive(
         &self,
         line: usize,
@@ -167,7 +170,7 @@ impl SourceFile<'_> {
         }
     }
 
-    /// Name of a species in a column.
+    /// Reads the name of a species from a column of a line; an error if it is not allowed.
     pub(super) fn name(&self, line: usize, text: Option<&str>) -> Result<String, FileError> {
         let name = text.unwrap_or("").trim();
         if is_species_name(name) {
@@ -178,10 +181,10 @@ impl SourceFile<'_> {
     }
 }
 
-/// Columns of the components of a vector, some of which may be absent.
+/// Column index of each component of a vector; `None` for components that the file lacks.
 pub(super) type Components = [Option<usize>; 3];
 
-/// Columns of the quantities in a file.
+/// Column index of each quantity in a file with an initial state.
 #[derive(Default)]
 pub(super) struct Columns {
     pub(super) position: Option<Components>,
@@ -193,7 +196,7 @@ pub(super) struct Columns {
     pub(super) weight: Option<usize>,
 }
 
-/// Rows on their way into a [`StartFile`].
+/// Particles of an initial state that is being read, row by row.
 pub(super) struct Rows<'a> {
     source: &'a SourceFile<'a>,
     columns: Columns,
@@ -202,7 +205,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Begins a start without rows.
+    /// Creates an empty initial state for a file with the given box \[length\] and columns.
     pub(super) fn new(
         source: &'a SourceFile<'a>,
         lengths: Option<[f64; 3]>,
@@ -227,7 +230,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Adds the row of a line, given the text in each of its columns.
+    /// Adds the particle in one line of the file; `value` gives the text in each column.
     pub(super) fn push<'b>(
         &mut self,
         line: usize,
@@ -271,8 +274,8 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// Reads the rows of `count` particles, one a line with columns between spaces, and nothing after
-    /// them. `header` is the line before the first.
+    /// Reads `count` particles, one in each line with columns between spaces, and checks that
+    /// nothing follows them. `header` is the number of the line before the first.
     pub(super) fn read<'b>(
         mut self,
         lines: &mut impl Iterator<Item = (usize, &'b str)>,
@@ -297,7 +300,7 @@ impl<'a> Rows<'a> {
         self.finish()
     }
 
-    /// Ends the rows.
+    /// Returns the complete initial state; an error if it has no particle.
     pub(super) fn finish(self) -> Result<StartFile, FileError> {
         if self.start.count() == 0 {
             return Err(self

@@ -1,9 +1,9 @@
-//! Starts in the `.sph` files of EDMD: the number of particles, the sides of the box, and a line
-//! `LABEL x y z radius` for each particle. Labels are names of species.
+//! Initial states in `.sph` files of the program EDMD: the number of particles, the sides of the
+//! box, and a line `LABEL x y z radius` for each particle. Labels are names of species.
 
 use super::rows::{Columns, FileError, Rows, SourceFile, StartFile};
 
-/// Reads a start in a `.sph` file.
+/// Reads an initial state from the text of a `.sph` file.
 pub(super) fn read_sph(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let mut lines = text
         .lines()

@@ -1,12 +1,13 @@
-//! Starts in the extended XYZ that OVITO and ASE write: a second line with `Lattice="..."`
-//! (orthogonal, or with its second vector tilted along x) and `Properties=...` naming `pos`, and optionally `velo`, `angular_velocity`,
-//! `radius`, `mass`, `type` or `species`, `weight`; and `pbc="..."`, optionally.
+//! Initial states in extended XYZ files, as OVITO and ASE write: a second line with `Lattice="..."`
+//! (orthogonal, or with its second vector tilted along x) and `Properties=...` naming `pos`, and
+//! optionally `velo`, `angular_velocity`, `radius`, `mass`, `type` or `species`, `weight`; and
+//! `pbc="..."`, optionally.
 
 use std::collections::HashMap;
 
 use super::rows::{Columns, Components, FileError, Rows, SourceFile, StartFile};
 
-/// Most columns of one property of an extended XYZ file.
+/// Largest number of columns of one property in an extended XYZ file.
 const MOST_COLUMNS: usize = 1000;
 
 /// Reads which axes are periodic from the `pbc` of an extended XYZ file.
@@ -22,7 +23,7 @@ fn xyz_periodic(source: &SourceFile<'_>, text: &str) -> Result<[bool; 3], FileEr
         .ok_or_else(|| source.error(2, format!("pbc=\"{text}\""), "three of T and F"))
 }
 
-/// Reads a start in extended XYZ.
+/// Reads an initial state from the text of an extended XYZ file.
 pub(super) fn read_xyz(source: &SourceFile<'_>, text: &str) -> Result<StartFile, FileError> {
     let mut lines = text
         .lines()
@@ -113,7 +114,8 @@ pub(super) fn read_xyz(source: &SourceFile<'_>, text: &str) -> Result<StartFile,
     rows.read(&mut lines, 2, count)
 }
 
-/// Splits `key=value key="quoted value"`; keys in lower case.
+/// Splits the second line of an extended XYZ file into its fields `key=value` or `key="quoted
+/// value"`, with keys in lower case.
 fn comment_fields(comment: &str) -> HashMap<String, String> {
     let mut fields = HashMap::new();
     let mut rest = comment.trim_start();
