@@ -326,7 +326,7 @@ impl<P: SmoothPhysics, S: SelectionMethod<P>, M: PathRecord<P>, C: ContactRule<P
         // A pair at its bound may exceed it by a few roundings.
         if square > candidate.bound * candidate.bound * (1.0 + 1e-12) {
             return Err(HomogeneousError::BoundExceeded {
-                rate: square.sqrt(),
+                speed: square.sqrt(),
                 bound: candidate.bound,
                 time,
             });

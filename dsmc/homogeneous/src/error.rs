@@ -30,12 +30,12 @@ pub enum HomogeneousError {
     /// A pair is faster than the bound of its relative speed: an internal error of the pair
     /// selection.
     #[error(
-        "a pair's collision rate, {rate}, exceeds the bound by which it was selected, {bound}, at time {time}",
-        rate = format_short(*rate), bound = format_short(*bound), time = format_short(*time)
+        "a pair's relative speed, {speed}, exceeds the bound by which it was selected, {bound}, at time {time}",
+        speed = format_short(*speed), bound = format_short(*bound), time = format_short(*time)
     )]
     BoundExceeded {
         /// Relative speed of the pair when it exceeded its bound \[length/time\].
-        rate: f64,
+        speed: f64,
         /// Bound of the relative speed by which the pair was selected \[length/time\].
         bound: f64,
         /// Time at which the exceeded bound was found \[time\].

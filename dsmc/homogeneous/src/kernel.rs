@@ -125,7 +125,7 @@ impl CollisionKernel {
         [0, 1, 2].map(|t| m[0][t] + a * (m[1][t] + a * m[2][t]))
     }
 
-    /// Returns the coefficients M_st of the collision kernel `sum_st M_st a^s b^t`.
+    /// Returns the coefficients `M_st` of the collision kernel `sum_st M_st a^s b^t`.
     pub fn coefficients(&self) -> &[[f64; 3]; 3] {
         &self.coefficients
     }

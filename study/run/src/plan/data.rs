@@ -243,10 +243,10 @@ impl CasePlan {
             return Failure::new(error.clone().in_units(&units));
         }
         match failure.downcast_ref::<HomogeneousError>() {
-            Some(&HomogeneousError::BoundExceeded { rate, bound, time }) => {
+            Some(&HomogeneousError::BoundExceeded { speed, bound, time }) => {
                 Failure::new(HomogeneousError::BoundExceeded {
-                    rate: rate / units.time,
-                    bound: bound / units.time,
+                    speed: speed * units.speed,
+                    bound: bound * units.speed,
                     time: time * units.time,
                 })
             }
