@@ -1,4 +1,5 @@
-//! Contact value of the pair correlation, from the flux of colliding pairs.
+//! Contact value of the pair correlation function, from sums of the inverse normal speed over
+//! colliding pairs.
 //!
 //! Of the pairs at contact, those that approach and those that separate are counted apart, so that
 //! g(d+) is the sum of two parts. In a volume V, pairs that approach with a normal speed between g
@@ -59,10 +60,10 @@ use stosszahl_model::{Collision, Observer};
 /// `sqrt(T/μ)` of relative motion.
 pub const CUT: f64 = 0.4;
 
-/// Sums over the collisions of one kind of pair in one window.
+/// Sums over the collisions of one pair of species in one time window, for its contact value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Flux {
-    /// Number of physical collisions.
+    /// Number of physical collisions, each counted with the weight of its simulators.
     pub collisions: f64,
     /// Sum of `sqrt(2 π μ)/d^(D-1)`: collisions over the mean approach speed of a Maxwellian.
     pub rate: f64,
@@ -74,7 +75,7 @@ pub struct Flux {
 }
 
 impl Flux {
-    /// Adds a collision of a gas at a temperature \[energy\].
+    /// Adds a collision of a gas that has the given granular temperature \[energy\].
     fn add(&mut self, collision: &Collision, dimension: usize, temperature: f64) {
         let weight = collision.weight / collision.line.norm().powi(dimension as i32 - 1);
         let (approach, separation) = (collision.approach(), collision.separation());
@@ -93,7 +94,7 @@ impl Flux {
         self.separating += weight * speed * after;
     }
 
-    /// Adds the sums of other collisions.
+    /// Adds the sums over another set of collisions.
     pub fn merge(&mut self, other: &Self) {
         self.collisions += other.collisions;
         self.rate += other.rate;
@@ -102,7 +103,7 @@ impl Flux {
     }
 }
 
-/// Returns 1/g, or below the cut a bounded function of the same mean.
+/// Returns 1/g of the normal speed g; below the cut, a bounded function with the same mean.
 fn inverse(speed: f64, cut: f64) -> f64 {
     if speed >= cut {
         return 1.0 / speed;
@@ -111,25 +112,26 @@ fn inverse(speed: f64, cut: f64) -> f64 {
     (12.0 - 30.0 * x + 20.0 * x * x) / cut
 }
 
-/// Window of time with its sums.
+/// Time window with the collision sums of each pair of species.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FluxWindow {
     /// Start and end of the window \[time\], the end not included.
     pub span: [f64; 2],
     /// Integral of `sqrt(T)` over the part of the window that has passed.
     pub exposure: f64,
-    /// Sums by kind of pair, in the order of [`pair_index`]; kinds beyond have not collided.
+    /// Sums for each pair of species, in the order of [`pair_index`]; pairs that are missing at the
+    /// end have not collided.
     kinds: Vec<Flux>,
 }
 
 impl FluxWindow {
-    /// Returns the sums of the pairs of two species.
+    /// Returns the collision sums of one pair of species; zeros if the pair has not collided.
     pub fn pair_sums(&self, species: [usize; 2]) -> Flux {
         let known = self.kinds.get(pair_index(species));
         known.copied().unwrap_or_default()
     }
 
-    /// Takes the sums so far out of the window, which goes on without them.
+    /// Moves the sums out of the window, which continues from zero.
     #[must_use]
     pub fn take_sums(&mut self) -> Self {
         Self {
@@ -139,7 +141,7 @@ impl FluxWindow {
         }
     }
 
-    /// Creates a window without sums.
+    /// Creates a time window `[start, end)` \[time\] with sums of zero.
     pub fn new(span: [f64; 2]) -> Self {
         Self {
             span,
@@ -148,7 +150,7 @@ impl FluxWindow {
         }
     }
 
-    /// Adds the same window of another replica, or of another part of the time.
+    /// Adds the sums of the same window of another replica, or of another part of the time.
     pub fn merge(&mut self, other: &Self) {
         self.exposure += other.exposure;
         if self.kinds.len() < other.kinds.len() {
@@ -159,8 +161,8 @@ impl FluxWindow {
         }
     }
 
-    /// Returns the value of the sums [`Flux::rate`], [`Flux::approaching`] and [`Flux::separating`]
-    /// where the contact value and both parts are one: `(pairs/V) Ω_D` times the exposure.
+    /// Normalisation of [`Flux::rate`], [`Flux::approaching`] and [`Flux::separating`]: their value
+    /// for independent pairs, `(pairs/V) Ω_D` times the exposure.
     pub fn norm(&self, dimension: usize, pairs: f64, volume: f64) -> f64 {
         let directions = if dimension == 2 { TAU } else { 2.0 * TAU };
         pairs / volume * directions * self.exposure
@@ -179,8 +181,8 @@ pub fn pair_index([a, b]: [usize; 2]) -> usize {
     high * (high + 1) / 2 + low
 }
 
-/// Returns the number of pairs of two species, with the numbers of particles of both: unlike pairs
-/// `N_a N_b`, like pairs `N (N - weight)/2` of simulators of a weight.
+/// Number of pairs of two species with numbers of particles N: unlike pairs `N_a N_b`, like pairs
+/// `N (N - weight)/2` of simulators of one weight.
 pub fn number_of_pairs(like: bool, [a, b]: [f64; 2], weight: f64) -> f64 {
     if like { 0.5 * a * (a - weight) } else { a * b }
 }
@@ -206,7 +208,8 @@ pub fn cusp(dimension: usize, restitution: f64, gap: f64) -> f64 {
     -(restitution.powi(-2) - 1.0) * tangential * (2.0 * gap).sqrt()
 }
 
-/// Observer of the flux at contact in windows of time, by kind of pair.
+/// Observer that sums 1/g of colliding pairs in time windows, by pair of species, for the contact
+/// value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactFlux {
     /// Sums of each time window; windows may overlap.
@@ -218,8 +221,8 @@ pub struct ContactFlux {
 }
 
 impl ContactFlux {
-    /// Creates an observer with windows `[start, end)` \[time\] of a gas of `number` particles at a
-    /// time and temperature.
+    /// Creates an observer with windows `[start, end)` \[time\], for a gas of `number` particles
+    /// with the given current time and temperature.
     pub fn new(
         spans: &[[f64; 2]],
         dimension: usize,
@@ -236,7 +239,8 @@ impl ContactFlux {
         }
     }
 
-    /// Sets the temperature at a time, so that rounding in the running energy never adds up.
+    /// Sets the current time and temperature, so that rounding errors of the running energy do not
+    /// accumulate.
     pub fn synchronise(&mut self, time: f64, temperature: f64) {
         self.pass(time);
         self.temperature = temperature;

@@ -1,11 +1,12 @@
-//! Energy and shape of the velocity distribution.
+//! Granular temperature and fourth cumulant of velocities at one time, and the virial of collisions
+//! for the pressure.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{
     Collision, Observer, ParticleModel, Particles, Simulation, Space, State, VelocityMoments,
 };
 
-/// Moments of the velocities at one time.
+/// Granular temperature and fourth cumulant of the velocities of a gas at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EnergySample {
     /// Time of the sample \[time\].
@@ -65,7 +66,7 @@ impl EnergySample {
     }
 }
 
-/// Observer of the momentum transferred in collisions, for the pressure.
+/// Observer that sums the momentum transferred in collisions, for the pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Virial {
     sum: f64,

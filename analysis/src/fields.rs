@@ -62,7 +62,7 @@ impl FieldGrid {
         self.counts[0] * self.counts[1]
     }
 
-    /// Sides of a cell \[length\].
+    /// Side lengths of a cell along both axes \[length\].
     pub fn width(&self) -> [f64; 2] {
         [0, 1].map(|axis| self.lengths[axis] / self.counts[axis] as f64)
     }
@@ -73,7 +73,8 @@ impl FieldGrid {
         x * y * self.depth
     }
 
-    /// Centre of a cell \[length\], by its number: the first axis runs fastest.
+    /// Centre of the cell with a given index \[length\]; the index runs fastest along the first
+    /// axis.
     pub fn centre(&self, cell: usize) -> [f64; 2] {
         let [x, y] = self.width();
         let column = cell % self.counts[0];
@@ -81,8 +82,8 @@ impl FieldGrid {
         [(column as f64 + 0.5) * x, (row as f64 + 0.5) * y]
     }
 
-    /// Returns the cell of a position; a position beyond an edge by rounding is in the cell at the
-    /// edge.
+    /// Returns the index of the cell that contains a position. Positions that rounding puts outside
+    /// the box belong to the cell at the edge.
     #[inline]
     pub fn cell(&self, x: f64, y: f64) -> usize {
         let place = |axis: usize, at: f64| {
@@ -93,7 +94,7 @@ impl FieldGrid {
     }
 }
 
-/// Data of one particle that its contribution to fields depends on.
+/// Particle as seen by the field sums: position, velocity, mass, rotational energy and weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
     /// Position along the first two axes \[length\].
@@ -114,9 +115,9 @@ pub struct CellSums {
     number: f64,
     mass: f64,
     momentum: [f64; 3],
-    /// Sum of m v^2 \[energy\].
+    /// Sum of m v² over the particles \[energy\].
     square: f64,
-    /// Sum of I w^2 \[energy\].
+    /// Sum of I w² over the particles, twice the rotational energy \[energy\].
     spin: f64,
 }
 
@@ -156,16 +157,16 @@ impl CellSums {
 struct Contacts {
     /// Number of pair collisions.
     count: f64,
-    /// Sum of the momentum transferred times the distance of the centres \[energy\].
+    /// Sum over collisions of the transferred momentum times the centre distance \[energy\].
     virial: f64,
 }
 
-/// Sums of one run for fields, by time block, species and cell.
+/// Sums over one run from which fields are computed, by time block, species and cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FieldSums {
     grid: FieldGrid,
     species: usize,
-    /// Length of a time block; block b ends at `b + 1` times this \[time\].
+    /// Duration of a time block \[time\]; block b ends at (b + 1) times this duration.
     block: f64,
     samples: Vec<u64>,
     sums: Vec<CellSums>,
@@ -196,13 +197,13 @@ impl FieldSample {
         self.parts.close(group);
     }
 
-    /// Adds the particles of another sample.
+    /// Adds the sums over the particles of another sample.
     pub fn merge(&mut self, other: Self) {
         self.parts.merge(other.parts);
     }
 }
 
-/// Number of components of velocity and spin, for temperatures.
+/// Degrees of freedom of a particle: numbers of velocity and spin components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Freedom {
     /// Number of components of a velocity.
@@ -211,7 +212,7 @@ pub struct Freedom {
     pub rotations: usize,
 }
 
-/// Fields of one cell.
+/// Values of all fields in one cell or one set of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Values {
     /// Number density: particles per free volume (area in the plane) \[1/length^D\].
@@ -230,7 +231,7 @@ pub struct Values {
 }
 
 impl Values {
-    /// Returns the fields in their order, for arithmetic.
+    /// Returns the eight field values as an array, for arithmetic.
     pub fn list(&self) -> [f64; 8] {
         let [u, v, w] = self.velocity;
         [
@@ -258,30 +259,30 @@ impl Values {
     }
 }
 
-/// Mean fields of one set of cells, and their standard errors.
+/// Mean fields of one set of cells over a time window, with their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredFields {
     /// Mean fields of the set of cells.
     pub values: Values,
-    /// Standard errors of the fields; NaN if fewer than two blocks of the runs have particles
-    /// there.
+    /// Standard errors of the fields; NaN if fewer than two time blocks have particles in the set
+    /// of cells.
     pub errors: Values,
 }
 
-/// Mean fields of several sets of cells, with errors.
+/// Mean fields of several sets of cells over a time window, with errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldAverages {
-    /// Mean fields of each set of cells, in their order.
+    /// Mean fields of each set of cells, in the order of the sets.
     pub places: Vec<MeasuredFields>,
-    /// Independent parts of the runs behind the errors of each field, in the order of
-    /// [`Values::list`]; see [`TimeErrors::parts`].
+    /// Number of independent parts into which the runs were cut for the error of each field, in the
+    /// order of [`Values::list`]; see [`TimeErrors::parts`].
     pub parts: [usize; 8],
 }
 
-/// Cells that are averaged together.
+/// Choice of the cells that are averaged together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CellAveraging {
-    /// Each cell by itself.
+    /// Every cell is a set of its own.
     Cells,
     /// All cells with the same first coordinate: a profile along x.
     X,
@@ -309,7 +310,7 @@ impl FieldSums {
         })
     }
 
-    /// Returns the grid.
+    /// Returns the grid of cells of the sums.
     pub fn grid(&self) -> &FieldGrid {
         &self.grid
     }
@@ -324,7 +325,7 @@ impl FieldSums {
         self.samples.len()
     }
 
-    /// Returns a sample without particles.
+    /// Returns an empty sample for the particles at one time, to be filled and added.
     pub fn sample(&self) -> FieldSample {
         FieldSample {
             grid: self.grid,
@@ -332,7 +333,7 @@ impl FieldSums {
         }
     }
 
-    /// Adds a sample to a time block.
+    /// Adds the particle sums of one sample time to a time block.
     pub fn add_sample(&mut self, block: usize, sample: FieldSample) {
         let Some(samples) = self.samples.get_mut(block) else {
             return;
@@ -343,7 +344,8 @@ impl FieldSums {
         sample.parts.in_order(|place, part| sums[place].merge(part));
     }
 
-    /// Adds a collision at a time and a position that stands for `weight` collisions.
+    /// Adds a collision, given its time, position \[length\] and virial \[energy\]; it stands for
+    /// `weight` collisions.
     #[inline]
     pub fn collision(&mut self, time: f64, position: [f64; 2], virial: f64, weight: f64) {
         let block = ((time / self.block).max(0.0) as usize).min(self.samples.len() - 1);
@@ -353,7 +355,7 @@ impl FieldSums {
         contacts.virial += weight * virial;
     }
 
-    /// Adds up a set of cells in some time blocks of one replica.
+    /// Adds up the sums of a set of cells over some time blocks, for one species or for all.
     fn gather(
         &self,
         blocks: Range<usize>,
@@ -392,9 +394,9 @@ impl FieldSums {
 /// Averages of fields over the replicas of one run and a window of time.
 #[derive(Clone, Debug)]
 pub struct ParticleAverages<'a> {
-    /// Replicas of the run.
+    /// Sums of each replica of the run.
     pub replicas: &'a [&'a FieldSums],
-    /// Blocks of the window, as indices.
+    /// Index range of the time blocks in the window.
     pub blocks: Range<usize>,
     /// Number of components of velocity and spin.
     pub freedom: Freedom,
@@ -404,8 +406,8 @@ pub struct ParticleAverages<'a> {
 }
 
 impl ParticleAverages<'_> {
-    /// Averages the fields of all species together, or of one: then pressure and collision rate are
-    /// zero, since collisions are counted for all species.
+    /// Averages the fields of one species, or of all together. For one species, pressure and
+    /// collision rate are zero, since collisions are counted for all species.
     pub fn fields(&self, species: Option<usize>, along: CellAveraging) -> FieldAverages {
         let groups = self.groups(along);
         let totals: Vec<Gathered> = (groups.iter())
@@ -438,8 +440,8 @@ impl ParticleAverages<'_> {
         }
     }
 
-    /// Computes numbers that follow from the fields of some cells, with standard errors. The
-    /// numbers are computed for all replicas and blocks together, and again for each block.
+    /// Computes numbers derived from the fields of some cells, with standard errors. They are
+    /// computed from the sums of all replicas and blocks, and again block by block.
     pub fn derived<const N: usize>(
         &self,
         cells: &[usize],
@@ -463,7 +465,7 @@ impl ParticleAverages<'_> {
         (found, errors)
     }
 
-    /// Number of replicas and of blocks of the window.
+    /// Returns the number of replicas and the number of time blocks in the window.
     fn size(&self) -> [usize; 2] {
         [self.replicas.len(), self.blocks.len()]
     }
@@ -485,7 +487,7 @@ impl ParticleAverages<'_> {
         }
     }
 
-    /// Sums over some cells in all replicas and blocks.
+    /// Adds up the sums of some cells over all replicas and all time blocks of the window.
     fn total(&self, species: Option<usize>, cells: &[usize]) -> Gathered {
         let mut total = Gathered::default();
         for replica in self.replicas {
@@ -495,7 +497,8 @@ impl ParticleAverages<'_> {
         total
     }
 
-    /// Sums over some cells in some blocks of the window of one replica; `None` without a sample.
+    /// Adds up the sums of some cells over some time blocks of one replica; `None` without a
+    /// sample.
     fn part(
         &self,
         replica: usize,
@@ -537,7 +540,7 @@ impl Gathered {
         }
     }
 
-    /// Computes the fields, with temperatures about a given velocity.
+    /// Computes the fields from the sums, with temperatures relative to the velocity `about`.
     fn values(&self, about: [f64; 3], freedom: Freedom, with_collisions: bool) -> Values {
         let CellSums {
             number,

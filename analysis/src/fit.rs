@@ -8,31 +8,31 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// Measured value at a position.
+/// Data point of a fit: abscissa, measured value and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitPoint {
-    /// Abscissa, such as a step or a time.
+    /// Abscissa of the point, such as a time step or a time.
     pub x: f64,
-    /// Measured ordinate.
+    /// Measured value at the abscissa.
     pub y: f64,
-    /// Standard error of the value.
+    /// Standard error of the measured value.
     pub error: f64,
 }
 
 /// Fitted line `y = intercept + slope x`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedLine {
-    /// Value at x = 0.
+    /// Intercept: fitted value at x = 0.
     pub intercept: f64,
-    /// Standard error of the value at x = 0.
+    /// Standard error of the intercept.
     pub intercept_error: f64,
-    /// Slope of the line, in units of y over x.
+    /// Slope of the fitted line, in units of y over x.
     pub slope: f64,
     /// Standard error of the slope.
     pub slope_error: f64,
-    /// Sum of the squared deviations over the squared errors.
+    /// Chi-squared of the fitted line: sum of the squared deviations over the squared errors.
     pub chi_squared: f64,
-    /// Number of values less two.
+    /// Degrees of freedom of the fit: number of values less two.
     pub degrees_of_freedom: usize,
 }
 
@@ -117,16 +117,16 @@ pub fn richardson(points: &[FitPoint], order: f64) -> Result<FittedLine, Error> 
 pub struct ConvergenceOrder {
     /// Order at which `limit + a h^order` fits best, searched from 0.1 to 6.
     pub value: f64,
-    /// Range of one standard error of the order, where chi-squared exceeds its minimum by one; open
-    /// ends are at the ends of the search.
+    /// Range of the order in which chi-squared exceeds its minimum by at most one: one standard
+    /// error. At the limits of the search the range is open.
     pub range: [f64; 2],
-    /// Limit at the best order.
+    /// Limit of the quantity at h = 0, fitted with the best order.
     pub limit: f64,
     /// Chi-squared of the best fit; degrees of freedom are the number of values less three.
     pub chi_squared: f64,
 }
 
-/// Smallest and largest order searched.
+/// Smallest and largest order of convergence that the search tries.
 const ORDERS: [f64; 2] = [0.1, 6.0];
 
 /// Fits `limit + a h^order` with all three free, by a scan of the order with [`richardson`] at

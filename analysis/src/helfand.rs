@@ -45,32 +45,32 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Collision;
 
-/// Fluxes: two of shear stress, pressure, two of energy.
+/// Number of fluxes: two of shear stress, one of pressure, two of energy.
 const FLUXES: usize = 5;
 
-/// Kinetic and collisional time integrals of all fluxes.
+/// Time integrals of all fluxes: the kinetic parts, then the collisional parts.
 type Integrals = [[f64; FLUXES]; 2];
 
-/// Sums over starts at one lag.
+/// Sums over all time origins at one lag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Sums {
-    /// Number of starts of the lag.
+    /// Number of time origins of the lag.
     starts: f64,
-    /// Sums for each flux: squared kinetic change, product of the kinetic and the collisional
-    /// change, squared collisional change.
+    /// Sums for each flux of three products of its changes over the lag: squared kinetic change,
+    /// kinetic times collisional change, squared collisional change.
     squares: [[f64; 3]; FLUXES],
-    /// Sum of the collisional change of the pressure flux.
+    /// Sum over the time origins of the collisional change of the pressure flux.
     pressure: f64,
     /// Sum of the squared displacements of all disks \[length^2\].
     displacements: f64,
-    /// Number of displacements, over all disks and starts.
+    /// Number of displacements that were summed, over all disks and time origins.
     disks: f64,
-    /// Number of pairs of bins at this distance, from none on.
+    /// Number of pairs of bins that are this lag apart; lag 0 pairs each bin with itself.
     pairs: f64,
-    /// Sums of the products of the changes of each flux in two bins at this distance.
+    /// Sums of the products of the changes of each flux in two bins that are this lag apart.
     products: [f64; FLUXES],
-    /// Sum of the products of the displacements in the first and in the last bin of the lag, over
-    /// the counted displacements.
+    /// Sum over displacements of the product of two parts: those in the first and in the last bin
+    /// of the lag \[length^2\].
     steps: f64,
 }
 
@@ -92,7 +92,7 @@ pub struct Correlations {
     pub heat: f64,
 }
 
-/// Moments at one lag, scaled so that their slope in the lag is the coefficient:
+/// Helfand moments at one lag, scaled so that their slope over the lag is the coefficient:
 /// [`Helfand::moments`] has the units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HelfandMoments {
@@ -100,29 +100,34 @@ pub struct HelfandMoments {
     pub lag: f64,
     /// Moment of displacements, for the self-diffusion coefficient.
     pub diffusion: f64,
-    /// Kinetic, mixed and collisional moment, for the shear viscosity; their sum is the whole.
+    /// Moments of the shear stress: kinetic, mixed and collisional part. The slope of their sum is
+    /// the shear viscosity.
     pub shear: [f64; 3],
     /// Moment of the pressure: its slope in the lag is the bulk viscosity.
     pub bulk: f64,
-    /// Kinetic, mixed and collisional moment, for the heat conductivity; their sum is the whole.
+    /// Moments of the heat flux: kinetic, mixed and collisional part. The slope of their sum is the
+    /// heat conductivity.
     pub heat: [f64; 3],
 }
 
-/// Velocity and displacement of a disk.
+/// Velocity and displacement of a disk, updated at its collisions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Disk {
     velocity: Vector2<f64>,
-    /// Displacement since the beginning of the current lag, up to the time `since` \[length\].
+    /// Displacement of the disk since the beginning of the current lag, up to the time `since`
+    /// \[length\].
     moved: Vector2<f64>,
     /// Time of the last collision of the disk, or of the beginning of the lag.
     since: f64,
-    /// Displacement in the first bin of the current lag \[length\].
+    /// Displacement of the disk in the first bin of the current lag \[length\].
     first: Vector2<f64>,
-    /// Displacement of the current lag up to the end of the last bin \[length\].
+    /// Displacement of the disk from the beginning of the current lag to the end of the last bin
+    /// \[length\].
     last: Vector2<f64>,
 }
 
-/// Sums of one run, fed with its collisions.
+/// Transport-coefficient sums of one run (Einstein-Helfand and Green-Kubo), fed with its
+/// collisions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Helfand {
     mass: f64,
@@ -131,18 +136,18 @@ pub struct Helfand {
     start: f64,
     now: f64,
     bin: f64,
-    /// Number of bins that have ended.
+    /// Number of time bins that have ended.
     bins: u64,
     disks: Vec<Disk>,
     flux: [f64; FLUXES],
     integrals: Integrals,
-    /// Integrals at the ends of the last bins, the latest first.
+    /// Time integrals of the fluxes at the ends of the last bins, the latest first.
     history: VecDeque<Integrals>,
-    /// Sums by lag, from one bin on.
+    /// Sums for each lag, from a lag of one bin on.
     sums: Vec<Sums>,
 }
 
-/// Returns the kinetic fluxes of a disk.
+/// Computes the kinetic fluxes that a disk of velocity `v` carries.
 fn carried(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
     let energy = 0.5 * mass * v.norm_squared();
     [
@@ -155,7 +160,7 @@ fn carried(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
 }
 
 impl Helfand {
-    /// Memory for each disk \[bytes\].
+    /// Memory needed for each disk \[bytes\].
     pub const BYTES_PER_DISK: usize = size_of::<Disk>();
 
     /// Creates sums that begin at the time `start`, with the velocities of all disks of one mass in
@@ -202,8 +207,8 @@ impl Helfand {
         }
     }
 
-    /// Adds a collision; collisions before the last one are ignored, as are partners without an
-    /// index.
+    /// Adds a collision to the fluxes. Collisions earlier than the last one, and partners without
+    /// an index, are ignored.
     pub fn collide(&mut self, collision: &Collision) {
         if collision.time < self.now {
             return;
@@ -243,7 +248,8 @@ impl Helfand {
         }
     }
 
-    /// Advances to a time without a collision.
+    /// Advances the kinetic flux integrals to the time `until`, without a collision, and ends time
+    /// bins on the way.
     pub fn advance(&mut self, until: f64) {
         loop {
             let end = self.start + (self.bins + 1) as f64 * self.bin;
@@ -303,7 +309,8 @@ impl Helfand {
         }
     }
 
-    /// Multiplies the changes in the bin that ends with the changes in the bins before it.
+    /// Adds the products of the flux changes in the bin that ends and in each bin before it to the
+    /// correlation sums.
     fn correlate(&mut self) {
         let total = |integrals: &Integrals, flux: usize| integrals[0][flux] + integrals[1][flux];
         // The kinetic part of the pressure is that of the energy, which never changes.
@@ -326,7 +333,7 @@ impl Helfand {
         }
     }
 
-    /// Returns the correlations of fluxes by lag, from none on, in the units of
+    /// Computes the flux correlations by lag, from lag 0 on; their units are those of
     /// [`Helfand::moments`] over a lag.
     pub fn correlations(&self) -> Vec<Correlations> {
         let speed = (self.temperature / self.mass).sqrt();

@@ -31,15 +31,16 @@ pub use self::partial::of_species;
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions};
 
-/// One bin of distances.
+/// One distance bin of a pair correlation function.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bin {
-    /// Mean distance in the bin, weighted by area, in diameters: ⅔ (b³ - a³) / (b² - a²) for a bin
-    /// from a to b.
+    /// Area-weighted mean distance in the bin, in diameters: ⅔ (b³ - a³) / (b² - a²) for a bin from
+    /// a to b.
     pub r_over_d: f64,
-    /// Pairs found over pairs expected of independent points.
+    /// Value of g(r): pairs found over pairs expected of independent points.
     pub g: f64,
-    /// Number of pairs found, each counted once; half a pair where only one of the two is a centre.
+    /// Number of pairs found in the bin, each counted once. A pair with only one centre counts
+    /// half.
     pub pairs: u64,
 }
 
@@ -101,8 +102,8 @@ pub fn of_spheres(
     measure(positions, lengths, diameter, range, bins, interrupt)
 }
 
-/// Measures g(r) in any dimension. Not public, so that it is compiled with the optimisation of this
-/// crate, not where it is used.
+/// Measures g(r) in D dimensions. Private and generic, so that it is compiled with the optimisation
+/// level of this crate.
 fn measure<const D: usize>(
     positions: &[SVector<f64, D>],
     lengths: [f64; D],
@@ -128,7 +129,8 @@ fn measure<const D: usize>(
     ))
 }
 
-/// Number of pairs of `centres` of `points` points, each pair of two centres counted once.
+/// Number of pairs with a centre among `points` points. A pair of two centres counts once, a pair
+/// with one centre half.
 fn like_pairs(centres: usize, points: usize) -> f64 {
     0.5 * centres as f64 * (points as f64 - 1.0)
 }
@@ -148,8 +150,8 @@ fn check_range(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// Divides the number of neighbours in each bin by the number expected of independent points; each
-/// pair counts as two neighbours.
+/// Computes g(r): neighbours counted in each bin over the number expected of independent points.
+/// Each pair counts as two neighbours.
 fn correlation(
     lengths: &[f64],
     diameter: f64,
@@ -186,13 +188,13 @@ fn correlation(
 pub struct PairCounts {
     lengths: Vec<f64>,
     range: f64,
-    /// Points of the strips, and their validity.
+    /// Number and validity of the points of all strips so far.
     seen: Seen,
     /// Number of centres: points whose neighbours are counted.
     centres: usize,
-    /// Number of neighbours by bin.
+    /// Number of neighbours of all centres, by distance bin.
     neighbours: Vec<u64>,
-    /// Open strip: positions, and true for centres.
+    /// Points of the current strip: position, and whether the point is a centre.
     #[serde(skip)]
     open: Vec<(Vector3<f64>, bool)>,
     #[serde(skip)]
@@ -202,8 +204,8 @@ pub struct PairCounts {
 }
 
 impl PairCounts {
-    /// Creates empty sums in a box in the plane or in space; the interrupt breaks off the work of
-    /// this process.
+    /// Creates empty pair counts for a box in the plane or in space; `interrupt` stops the counting
+    /// in this process.
     ///
     /// # Errors
     /// As [`of_disks`].
@@ -226,7 +228,7 @@ impl PairCounts {
         })
     }
 
-    /// Returns g(r) of all pairs added.
+    /// Computes g(r) from all pairs added so far.
     ///
     /// # Errors
     /// As [`of_disks`]; [`Error::PointsTooFew`] without a centre, too.
@@ -298,7 +300,8 @@ impl ParticleReduction for PairCounts {
     }
 }
 
-/// Volume of the shell between two radii, and the mean distance of its points from the centre.
+/// Returns the volume of the shell between two radii (its area in the plane), and the mean distance
+/// of its points from the centre.
 fn shell(dimension: usize, inner: f64, outer: f64) -> (f64, f64) {
     if dimension == 2 {
         let squares = outer * outer - inner * inner;
@@ -366,8 +369,8 @@ mod tests {
         correlation.bins.iter().map(|bin| bin.pairs).collect()
     }
 
-    /// Coordinates in units of the side: at random, in a tight cluster, on cell edges, on and
-    /// beyond the edge of the box.
+    /// Strategy that draws coordinates in units of the side: at random, in a tight cluster, on cell
+    /// edges, and on or beyond the edge of the box.
     fn coordinate() -> impl Strategy<Value = f64> {
         prop_oneof![
             0.0_f64..1.0,

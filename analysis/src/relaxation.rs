@@ -21,8 +21,8 @@ use crate::Error;
 use crate::replicas::{add_terms, of_sums};
 use crate::statistics::Estimate;
 
-/// Estimates a function of sums over replicas, with its jackknife error: `sums` has for each
-/// replica the terms that add up, `value` is the function of their totals.
+/// Computes a function of sums over replicas, with its jackknife error. `sums` has the additive
+/// terms of each replica, `value` is the function of their totals.
 ///
 /// None without replicas; no error with one.
 ///

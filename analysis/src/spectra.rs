@@ -38,11 +38,11 @@ use crate::structure_factor::half_plane;
 pub struct Shells {
     lengths: [f64; 2],
     modes: Modes,
-    /// Number of modes up to the end of each shell; modes are in the order of shells.
+    /// Number of modes up to the end of each shell; modes are sorted by shell.
     ends: Vec<usize>,
 }
 
-/// Spectra of one shell, means over its modes.
+/// Spectra of density, flow and temperature in one shell of wave numbers: means over its modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// Spectrum of the density, `S_nn = <|rho|²>/N`.
@@ -55,17 +55,17 @@ pub struct Spectrum {
     pub temperature: f64,
 }
 
-/// Spectra of one configuration: by shell, and the shear amplitude of each mode.
+/// Spectra of one configuration of the gas, by shell, and the shear amplitude of each mode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectra {
-    /// Spectra by shell.
+    /// Spectra of each shell, in the order of the shells.
     pub shells: Vec<Spectrum>,
     /// Shear amplitude of each mode, `p_perp/sqrt(N m T)` as real and imaginary part: its square is
     /// `S_perp` of the mode. Empty in a gas at rest.
     pub shear: Vec<[f64; 2]>,
 }
 
-/// Data of one disk that spectra depend on.
+/// Disk as seen by the spectra: position, velocity and mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectrumDisk {
     /// Position of the centre \[length\].
@@ -77,9 +77,9 @@ pub struct SpectrumDisk {
 }
 
 impl Shells {
-    /// Creates the shells of given numbers, in rising order; one mode of each pair ±k, and at most
-    /// `most` of a shell: at equal steps in the order of their indices if there are more. Shells
-    /// without modes are left out.
+    /// Creates shells with the given numbers, in rising order, from one mode of each pair ±k. A
+    /// shell has `most` modes at most: of more, modes at equal steps in the order of their indices
+    /// are taken. Shells without modes are left out.
     ///
     /// # Errors
     /// [`Error::LengthInvalid`]; [`Error::WaveNumberInvalid`] for the shell 0 and without shells;
@@ -128,7 +128,7 @@ impl Shells {
         &self.modes
     }
 
-    /// Returns the modes of each shell, as index ranges of [`Self::modes`].
+    /// Returns the modes of each shell, as index ranges into [`Self::modes`].
     pub fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let starts = std::iter::once(&0).chain(&self.ends);
         starts.zip(&self.ends).map(|(&start, &end)| start..end)
@@ -141,8 +141,8 @@ impl Shells {
         self.ranges().map(|range| mean(&all[range])).collect()
     }
 
-    /// Measures the spectra of density and velocity of one configuration of disks; the velocity
-    /// spectra are zero if all disks are at rest.
+    /// Measures the spectra of density, flow and temperature of one configuration of disks. Flow
+    /// and temperature spectra are zero if all disks are at rest.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -159,8 +159,8 @@ impl Shells {
         })
     }
 
-    /// Measures the spectra of density and velocity of one configuration of a gas; the velocity
-    /// spectra are zero in a gas at rest.
+    /// Measures the spectra of density, flow and temperature of a gas by a reduction over its
+    /// particles. Flow and temperature spectra are zero in a gas at rest.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].

@@ -34,7 +34,7 @@ pub const SMALLEST_EXPECTED_COUNT: f64 = 5.0;
 /// counts.
 const TOTALS_TOLERANCE: f64 = 1e-6;
 
-/// Mean and variance of a stream of numbers, one number at a time.
+/// Running mean and variance of a stream of numbers.
 ///
 /// The update of B. P. Welford, *Technometrics* **4**, 419 (1962),
 /// doi:10.1080/00401706.1962.10490022. Unlike the difference of mean square and squared mean, it
@@ -96,21 +96,20 @@ impl FromIterator<f64> for RunningMoments {
     }
 }
 
-/// Measured number with its standard error.
+/// Measured mean over independent replicas, with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Mean over the replicas (unit of the measurement).
+    /// Mean over the replicas, in the unit of the measurement.
     pub value: f64,
-    /// Standard error of the mean, s / √R (unit of the measurement); one replica has no error of
-    /// its own.
+    /// Standard error of the mean, s / √R, in the unit of the measurement; `None` for one replica.
     pub standard_error: Option<f64>,
     /// Number of independent replicas R.
     pub replicas: usize,
 }
 
 impl Estimate {
-    /// Mean over independent replicas, with the standard error s / √R of the mean, where s² = Σ
-    /// (x - mean)² / (R - 1). No replicas give no estimate; a value that is not finite makes the
+    /// Computes the mean over independent replicas and its standard error s / √R, where s² = Σ (x -
+    /// mean)² / (R - 1). No replicas give no estimate; a value that is not finite makes the
     /// estimate not finite.
     ///
     /// ```
@@ -131,13 +130,13 @@ impl Estimate {
     }
 }
 
-/// Outcome of [`student_t_test`].
+/// Outcome of Student's test of one mean, [`student_t_test`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TTest {
-    /// t = (mean - hypothesis) / (s / √n); infinite when the values agree with each other but not
-    /// with the hypothesis.
+    /// Test statistic t = (mean - hypothesis) / (s / √n); infinite if all values are equal, but not
+    /// to the hypothesis.
     pub statistic: f64,
-    /// Degrees of freedom, n - 1.
+    /// Degrees of freedom of the test: n - 1.
     pub degrees_of_freedom: usize,
     /// Probability of a statistic at least this far from 0, on either side, under the hypothesis.
     pub p_value: f64,
@@ -199,10 +198,10 @@ fn normal_z(p_value: f64) -> f64 {
     }
 }
 
-/// Outcome of [`chi_squared_test`] and [`uniform_test`].
+/// Outcome of Pearson's chi-squared test, of [`chi_squared_test`] or [`uniform_test`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChiSquaredTest {
-    /// Test statistic Σ (observed - expected)² / expected.
+    /// Chi-squared statistic Σ (observed - expected)² / expected.
     pub statistic: f64,
     /// Degrees of freedom: bins - 1 - fitted parameters.
     pub degrees_of_freedom: usize,
@@ -297,8 +296,9 @@ pub fn uniform_test(counts: &[u64]) -> Result<ChiSquaredTest, Error> {
     chi_squared_test(&observed, &vec![mean; observed.len()], 0)
 }
 
-/// Returns which of many hypotheses to reject, so that the probability of rejecting any true one is
-/// at most `false_alarm`: S. Holm, *Scandinavian Journal of Statistics* **6**, 65 (1979).
+/// Returns true for each hypothesis that Holm's method rejects, so that any true one is rejected
+/// with probability `false_alarm` at most: S. Holm, *Scandinavian Journal of Statistics* **6**, 65
+/// (1979).
 ///
 /// The p values are taken from the smallest up; the one with i smaller ones before it is rejected
 /// while p ≤ `false_alarm` / (n - i), and the first that is not ends the search. The tests need not

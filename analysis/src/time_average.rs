@@ -10,14 +10,14 @@ use std::ops::Range;
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// Fewest joined blocks of all replicas together.
+/// Smallest number of joined blocks, in all replicas together, from which an error is computed.
 const FEWEST: usize = 4;
-/// Number of blocks, in all replicas together, that give a standard error so accurately that the
-/// largest of such errors for several block lengths is hardly too large.
+/// Number of joined blocks, in all replicas together, that give a reliable standard error. The
+/// largest of such errors over several block lengths is then hardly too large.
 const MANY: usize = 16;
-/// Chance that uncorrelated blocks seem to be correlated, for each length of longer blocks.
+/// Probability that uncorrelated blocks seem correlated, for each block length tested.
 const FALSE_ALARM: f64 = 0.05;
-/// Chance of seeming growth for a step from one length to a longer one, once blocks are known to be
+/// Error probability of the test for further growth of the error, once blocks are known to be
 /// correlated.
 const DOUBT: f64 = 0.3;
 
@@ -26,9 +26,8 @@ const DOUBT: f64 = 0.3;
 pub struct TimeErrors<const N: usize> {
     /// Standard errors by point or bin; NaN if fewer than two blocks have a value.
     pub standard_errors: Vec<[f64; N]>,
-    /// Independent parts of the runs that the errors of a quantity come from: blocks that are
-    /// longer than the correlation time, or replicas where none are. Intervals are Student's with
-    /// one degree of freedom less.
+    /// Number of independent parts behind the errors of each quantity: blocks longer than the
+    /// correlation time, or else replicas. Student's intervals have one degree of freedom less.
     pub parts: [usize; N],
 }
 
@@ -94,16 +93,15 @@ impl<const N: usize> TimeErrors<N> {
     }
 }
 
-/// Errors over blocks of one length.
+/// Errors of time averages from blocks of one length.
 struct Level<const N: usize> {
-    /// Number of joined blocks of all replicas together.
+    /// Number of blocks of this length, in all replicas together.
     parts: usize,
-    /// Squares of the standard errors by point or bin.
+    /// Squared standard errors by point or bin.
     squares: Vec<[f64; N]>,
 }
 
-/// Returns the numbers of joined blocks into which a replica is divided, from all its blocks down
-/// to one.
+/// Returns the block counts per replica that are tried, from all its blocks down to one.
 fn divisions(replicas: usize, blocks: usize) -> Vec<usize> {
     let mut divisions = Vec::new();
     let mut each = blocks;
@@ -115,7 +113,8 @@ fn divisions(replicas: usize, blocks: usize) -> Vec<usize> {
     divisions
 }
 
-/// Computes the squares of the standard errors of averages from the values of parts.
+/// Computes the squared standard errors of averages from the values of the parts that were
+/// averaged.
 fn squared_errors<const N: usize>(
     parts: impl Iterator<Item = [f64; N]>,
     averages: &[f64; N],
@@ -135,7 +134,7 @@ fn squared_errors<const N: usize>(
     })
 }
 
-/// Returns the index of the shortest blocks after which the error of a quantity does not grow, by
+/// Returns the index of the shortest blocks beyond which the error of a quantity does not grow, by
 /// Fisher's test of the quotient of its squares, averaged over all points. These are the shortest
 /// blocks if no longer ones show a correlation, otherwise the first after which no growth is
 /// likely.

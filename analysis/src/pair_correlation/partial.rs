@@ -1,4 +1,5 @@
-//! Partial pair correlations of mixtures.
+//! Partial pair correlation functions of mixtures, by counting pairs of all species and of two at a
+//! time.
 
 use nalgebra::{SVector, Vector3};
 use stosszahl_model::{Interrupt, InvalidValue};
@@ -58,7 +59,7 @@ pub fn of_species(
     Ok(found)
 }
 
-/// Counts the neighbours of points by bin, each pair twice.
+/// Counts the neighbours of points by distance bin; each pair counts twice.
 fn neighbours<const D: usize>(
     lengths: [f64; D],
     range: f64,

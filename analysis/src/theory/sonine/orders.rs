@@ -6,13 +6,13 @@ use stosszahl_model::InvalidValue;
 use super::super::error::TheoryError;
 use super::super::integrate::Tolerance;
 
-/// Tolerance of each step of the integrations.
+/// Relative and absolute tolerance of each integration step.
 pub(super) const TOLERANCE: Tolerance = Tolerance {
     relative: 1e-6,
     absolute: 1e-8,
 };
 
-/// Checks that the order is from 1 to `most`.
+/// Checks that the Sonine order is from 1 to `most`; `allowed` states this range in the error.
 pub(super) fn check_orders(
     orders: usize,
     most: usize,
