@@ -8,19 +8,19 @@ use crate::study::{Progress, ProgressEstimate};
 use crate::terminal::note;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-/// Number of steps of a bar.
+/// Number of steps of a progress bar.
 const STEPS: u64 = 10_000;
-/// Time between two plain lines.
+/// Time between two progress lines when standard error is no terminal.
 const LINE: Duration = Duration::from_secs(10);
 
-/// Display of the progress of the points of a run.
+/// Progress display of the points of a run, as bars or lines.
 pub struct Display {
     shows: bool,
     terminal: Option<MultiProgress>,
     points: Mutex<Vec<Option<Point>>>,
 }
 
-/// One point of a sweep, or the only one.
+/// Progress of one point of a sweep, or of the only point.
 struct Point {
     name: String,
     work: ProgressEstimate,
@@ -28,7 +28,7 @@ struct Point {
     began: Instant,
     shown: Instant,
     bar: Option<ProgressBar>,
-    /// Activity that takes the time of a slow part, if it was not shown yet.
+    /// Slow activity in progress, such as a checkpoint, that is not shown yet.
     activity: Option<String>,
 }
 
@@ -57,7 +57,7 @@ impl Display {
         }
     }
 
-    /// Calls `act` with a point that has begun.
+    /// Calls `act` with the progress of a point that has begun; does nothing for other points.
     fn with(&self, number: usize, act: impl FnOnce(&mut Point)) {
         let mut points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(Some(point)) = points.get_mut(number) {

@@ -1,4 +1,4 @@
-//! Cases: read, checked, run; and folders of results.
+//! Python functions for cases (read, check, run) and for results folders.
 
 use std::borrow::Cow;
 use std::ffi::CString;
@@ -22,14 +22,14 @@ use stosszahl_study::{Progress, ProgressEstimate, RunOptions, format, run_case};
 use crate::error::{Raise, raised};
 use crate::wait::{Messages, PyInterrupt, wait};
 
-/// Cases that come with the package.
+/// Cases and papers that come with the Python package.
 static BUNDLE: CaseBundle = CaseBundle({
     static FOLDER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../cases");
     &FOLDER
 });
 
-/// Case as `stosszahl.Case` has it: the path for messages, the text unless it is that of the file
-/// or bundled case at the path, and overrides `key=value`.
+/// Case passed from Python: path for messages, text unless it is that of the file or bundled case
+/// at the path, and overrides `key=value`.
 #[derive(FromPyObject)]
 pub struct Given {
     path: PathBuf,
@@ -109,11 +109,11 @@ pub fn check(py: Python<'_>, case: Given, threads: Option<usize>) -> PyResult<St
     Ok(Value::Array(outlines.collect()).to_string())
 }
 
-/// Progress of a run, shared between threads.
+/// Progress of a run, shared between its threads.
 #[derive(Default)]
 struct Seen(Mutex<Far>);
 
-/// Progress: the work of each point that has begun, the number of collisions, and notes.
+/// Progress of a run: work done of each point that has begun, collisions, and notes.
 #[derive(Default)]
 struct Far {
     points: Vec<Option<ProgressEstimate>>,
@@ -238,7 +238,7 @@ pub fn print_widths() -> ([f64; 2], [f64; 2]) {
     (COLUMN_WIDTHS, PRINT_WIDTHS)
 }
 
-/// Title, width and height \[mm\], SVG, PDF, and letters that the fonts do not have.
+/// Figure for print: title, width and height \[mm\], SVG, PDF, and letters that the fonts lack.
 type Drawing = (String, [f64; 2], String, Cow<'static, [u8]>, String);
 
 /// Draws a figure of a folder for a paper with a width \[mm\].

@@ -1,4 +1,4 @@
-//! Engines and their observers.
+//! Engines and observers of the Python package.
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -16,10 +16,10 @@ use crate::error::{Raise, raised};
 use crate::gas::PyGas;
 use crate::wait::{Messages, PyInterrupt, wait};
 
-/// Most collisions of a batch for which memory is reserved at once.
+/// Largest number of collisions for which a batch reserves memory at once.
 const MOST_RESERVED: usize = 1 << 16;
 
-/// Engine of either kind.
+/// Engine behind a Python object: exact dynamics or Monte Carlo.
 enum Kind {
     Exact(EventDriven),
     Chaos(MonteCarlo),
@@ -49,7 +49,7 @@ impl DerefMut for Kind {
 #[pyclass(name = "Engine", module = "stosszahl._native", frozen)]
 pub struct PyEngine(Mutex<Kind>);
 
-/// Observer that passes collisions to Python in large batches, and asks for a pause if Python has
+/// Observer that passes collisions to Python in batches, and pauses the engine if Python has
 /// failed.
 struct Batches {
     size: usize,
@@ -85,7 +85,7 @@ impl Observer for Batches {
 #[pyclass(name = "ImpactParameters", module = "stosszahl._native", frozen)]
 pub struct PyImpactParameters(Mutex<stosszahl_analysis::impact::ImpactParameters>);
 
-/// Observer that fills [`PyImpactParameters`], which Python may read meanwhile.
+/// Observer that fills [`PyImpactParameters`], which Python may read at any time.
 struct Shared<'a>(&'a PyImpactParameters);
 
 impl Observer for Shared<'_> {
@@ -126,11 +126,11 @@ impl PyImpactParameters {
     }
 }
 
-/// Flux of a boundary: name, particles, momentum, energy.
+/// Flux through a boundary into the gas: name, particles, momentum, energy.
 type Flux = (String, f64, [f64; 3], f64);
 
 impl Kind {
-    /// Advances, unless asked to stop.
+    /// Advances the engine up to a time, unless an interrupt is raised.
     fn go(
         &mut self,
         until: f64,
@@ -151,7 +151,7 @@ impl PyEngine {
         Self(Mutex::new(kind))
     }
 
-    /// Locks the engine, unless it is at work in another thread or was broken off.
+    /// Locks the engine; an error if another thread is using it, or if its work was broken off.
     fn lock(&self) -> PyResult<MutexGuard<'_, Kind>> {
         let Ok(engine) = self.0.try_lock() else {
             let text = "the engine is at work; an observer, or another thread, has to wait until advance ends";

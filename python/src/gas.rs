@@ -1,4 +1,4 @@
-//! Gases: [`stosszahl_gas::Gas`] with a description and arrays.
+//! Gases of the Python package: [`stosszahl_gas::Gas`] built from a description and arrays.
 
 use nalgebra::{Vector3, vector};
 use pyo3::prelude::*;
@@ -18,7 +18,7 @@ use crate::wait::{Messages, PyInterrupt, wait};
 #[pyclass(name = "Gas", module = "stosszahl._native", frozen)]
 pub struct PyGas(pub stosszahl_gas::Gas);
 
-/// Wall as `stosszahl.Wall` has it.
+/// Wall passed from Python, as `stosszahl.Wall` has it.
 #[derive(FromPyObject)]
 struct GivenWall {
     restitution: f64,
@@ -28,7 +28,7 @@ struct GivenWall {
     vibration: Option<(f64, f64)>,
 }
 
-/// Description as `stosszahl.Gas` keeps it.
+/// Description of a gas passed from Python, as `stosszahl.Gas` keeps it.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Description {
@@ -48,7 +48,8 @@ struct Description {
     replica: u64,
 }
 
-/// Law of normal restitution: a number, or one of the classes of `stosszahl` by its attributes.
+/// Law of normal restitution passed from Python: a number, or one of the classes of `stosszahl` by
+/// its attributes.
 #[derive(FromPyObject)]
 enum GivenLaw {
     Constant(f64),
@@ -79,14 +80,15 @@ impl GivenLaw {
     }
 }
 
-/// Face of the box.
+/// Face of the box passed from Python.
 #[derive(FromPyObject)]
 enum GivenFace {
     Wall(GivenWall),
     Word(String),
 }
 
-/// Custom start, in arrays; vectors have two components for disks, three for spheres.
+/// Custom initial state passed from Python in arrays; vectors have two components for disks, three
+/// for spheres.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Start {

@@ -167,7 +167,7 @@ pub enum UnitsSpec {
     Si,
 }
 
-/// Endings of the names of start files, which decide their format.
+/// File name endings of start files, which decide their format.
 pub const START_FILE_ENDINGS: [&str; 9] = [
     ".csv",
     ".xyz",
@@ -255,9 +255,9 @@ pub enum VelocitiesSpec {
 }
 
 impl VelocitiesSpec {
-    /// Velocities drawn from a Maxwell distribution.
+    /// Initial velocities drawn from a Maxwell distribution.
     pub const MAXWELLIAN: Self = Self::Word(VelocityWord::Maxwellian);
-    /// Velocities read from the start file.
+    /// Initial velocities read from the start file.
     pub const FILE: Self = Self::Word(VelocityWord::File);
 }
 
@@ -380,7 +380,7 @@ pub struct AccuracySpec {
 }
 
 impl AccuracySpec {
-    /// Returns the target as a number; `None` if it is not a share.
+    /// Returns the target error as a number; `None` if the text is not a share.
     pub fn parse_share(&self) -> Option<f64> {
         parse_share(&self.target)
     }

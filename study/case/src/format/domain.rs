@@ -49,11 +49,11 @@ pub struct FacesSpec {
     pub front: FaceSpec,
 }
 
-/// Names of the faces, lower and upper, by axis.
+/// Names of the six faces of the box: lower and upper, by axis.
 pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back", "front"]];
 
 impl FacesSpec {
-    /// Returns the face of an axis and side (0 lower, 1 upper).
+    /// Returns the face of the box at an axis and a side (0 lower, 1 upper).
     pub fn face_at(&self, axis: usize, side: usize) -> &FaceSpec {
         match (axis, side) {
             (0, 0) => &self.left,
@@ -65,12 +65,12 @@ impl FacesSpec {
         }
     }
 
-    /// Returns all faces; in the plane those of the third axis are periodic.
+    /// Returns all faces of the box; in the plane those of the third axis are periodic.
     pub fn all_faces(&self) -> impl Iterator<Item = &FaceSpec> {
         (0..3).flat_map(|axis| [0, 1].map(|side| self.face_at(axis, side)))
     }
 
-    /// Returns true if all faces are periodic.
+    /// Returns true if all faces of the box are periodic.
     pub fn is_periodic(&self) -> bool {
         *self == Self::default()
     }

@@ -40,36 +40,36 @@ pub struct EnginesSpec {
     pub homogeneous: Option<HomogeneousSpec>,
 }
 
-/// Monte Carlo scheme of the format: the engine's name, the keys of its table, and which gases it
-/// fits.
+/// Monte Carlo scheme in the case format: the engine's name, the keys of its table, and which gases
+/// the scheme is for.
 pub struct SchemeFormat {
     /// Name of the engine.
     pub engine: &'static str,
-    /// Keys of its table that other schemes may lack.
+    /// Keys of the engine's table that not all schemes have.
     own_keys: &'static [&'static str],
-    /// True if partners are sought across cells.
+    /// True if the scheme selects collision partners across cells.
     pub is_cross_cell: bool,
-    /// True if the scheme is of disks alone.
+    /// True if the scheme is for disks only.
     pub is_planar: bool,
-    /// Returns the table of a case.
+    /// Returns the engine's table in a case.
     pub table: fn(&EnginesSpec) -> &Option<MonteCarloSpec>,
-    /// Returns the table of a case, to be changed.
+    /// Returns the engine's table in a case, mutably.
     pub table_mut: fn(&mut EnginesSpec) -> &mut Option<MonteCarloSpec>,
 }
 
 impl SchemeFormat {
-    /// Returns all keys of the scheme's table.
+    /// Returns all keys that the engine's table can have.
     pub fn keys(&self) -> Vec<&'static str> {
-        /// Keys of all schemes.
+        /// Keys that the tables of all Monte Carlo schemes in cells have.
         const ALL: &[&str] = &["simulators_per_particle", "wall_contact"];
-        /// Keys of schemes with partners within a cell.
+        /// Keys of Monte Carlo schemes that select partners within a cell.
         const WITHIN_CELL: &[&str] = &[
             "cell_size",
             "steps_per_cell_crossing",
             "displacement",
             "weights",
         ];
-        /// Keys of schemes with partners across cells.
+        /// Keys of Monte Carlo schemes that select partners across cells.
         const CROSS_CELL: &[&str] = &["steps_per_mean_free_time"];
         let shared = if self.is_cross_cell {
             CROSS_CELL
@@ -81,7 +81,8 @@ impl SchemeFormat {
 }
 
 impl EnginesSpec {
-    /// Returns the table of an engine in cells, to be changed; `None` if the case does not have it.
+    /// Returns the table of a Monte Carlo engine in cells, mutably; `None` if the case does not
+    /// have it.
     pub fn monte_carlo_mut(&mut self, engine: &str) -> Option<&mut MonteCarloSpec> {
         let format = SCHEMES.iter().find(|scheme| scheme.engine == engine)?;
         (format.table_mut)(self).as_mut()

@@ -62,7 +62,8 @@ fn two() -> u64 {
 }
 
 impl GasSpec {
-    /// Returns the volume of the simulated gas: the volume over the particles per simulator.
+    /// Returns the volume of the simulated gas \[length^D\]: `volume` over the particles per
+    /// simulator.
     pub fn simulated_volume(&self) -> Option<f64> {
         Some(self.volume? / self.particles_per_simulator.unwrap_or(1.0))
     }
@@ -226,12 +227,12 @@ pub struct AggregationSpec {
 }
 
 impl AggregationSpec {
-    /// Returns true if some pairs do not stick.
+    /// Returns true if some colliding pairs do not stick together.
     pub fn may_bounce(&self) -> bool {
         self.aggregate_below.is_some() || self.aggregate_below_speed.is_some() || self.breaks()
     }
 
-    /// Returns true if some pairs break.
+    /// Returns true if some colliding pairs break into monomers.
     pub fn breaks(&self) -> bool {
         self.fragment_above.is_some() || self.fragment_above_speed.is_some()
     }
