@@ -19,7 +19,7 @@ use crate::relations::refusal;
 use crate::schema::{Format, schema_of};
 use crate::{CasePoint, read_text};
 
-/// The version of the paper format.
+/// Version of the paper format that this program reads.
 const VERSION: u64 = 1;
 
 /// A paper: its runs, its figures, and what it claims.
@@ -185,19 +185,19 @@ pub enum Errors {
     Blocks,
 }
 
-/// Paper file with its content and the places of its keys.
+/// Paper file as read: its content and the positions of its keys.
 #[derive(Clone, Debug)]
 pub struct PaperFile {
-    /// Path of the file.
+    /// Path of the paper file.
     pub path: PathBuf,
-    /// Content of the file.
+    /// Content of the paper file.
     pub paper: Paper,
     table: Table,
     origins: Origins,
 }
 
 impl PaperFile {
-    /// Reads a paper file.
+    /// Reads a paper file and checks it.
     ///
     /// # Errors
     /// [`CaseError`] says what is wrong, and where.
@@ -205,7 +205,8 @@ impl PaperFile {
         Self::from_text(path, &read_text(path)?)
     }
 
-    /// Reads the text of a paper file; `path` appears in messages, and its folder is that of cases.
+    /// Reads a paper from text. `path` appears in messages, and case files are relative to its
+    /// folder.
     ///
     /// # Errors
     /// As [`PaperFile::read`], but for the file itself.
@@ -222,13 +223,13 @@ impl PaperFile {
         Ok(file)
     }
 
-    /// Returns the error that refuses the value of a dotted key such as `figure.1.claim.2.table`,
-    /// or its absence. Elements of lists are counted from 1.
+    /// Creates the error for a value that is not allowed, or for its absence. `key` is dotted, such
+    /// as `figure.1.claim.2.table`, with elements of lists counted from 1.
     pub fn refuse(&self, key: &str, allowed: impl Into<String>) -> CaseError {
         self.origins.refuse(refusal(&self.table, key, allowed))
     }
 
-    /// Relations between keys.
+    /// Checks relations between the keys of a paper, such as runs that figures name.
     fn check_relations(&self) -> Result<(), CaseError> {
         let names: Vec<&str> = self.paper.run.keys().map(String::as_str).collect();
         let known = |key: &str, name: &str| {
@@ -337,7 +338,7 @@ impl PaperFile {
     }
 }
 
-/// Returns true if a value selects rows.
+/// Returns true if a value can select rows of a table: a word, a number, or a pair of numbers.
 fn is_choice(value: &Value) -> bool {
     match value {
         Value::String(_) => true,
@@ -346,13 +347,13 @@ fn is_choice(value: &Value) -> bool {
     }
 }
 
-/// Converts a value to a number.
+/// Converts a TOML integer or float to a floating-point number; `None` for other values.
 pub fn number(value: &Value) -> Option<f64> {
     let whole = value.as_integer().map(|whole| whole as f64);
     value.as_float().or(whole)
 }
 
-/// Checks a table against the schema.
+/// Checks the table of a paper against the schema and converts it to a typed paper.
 fn read(table: &mut Table) -> Result<Paper, Problem> {
     let version = ["format".to_owned()];
     if let Some(value) = value_at(table, &version)
@@ -367,7 +368,7 @@ fn read(table: &mut Table) -> Result<Paper, Problem> {
 }
 
 impl CasePoint {
-    /// Returns true if a sweep has set all of these keys to these values here.
+    /// Returns true if the sweep sets all of these keys to these values at this point.
     pub fn has(&self, chosen: &BTreeMap<String, Value>) -> bool {
         let same = |a: &Value, b: &Value| match (number(a), number(b)) {
             (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs().max(b.abs()),

@@ -13,22 +13,22 @@ use crate::figure::{Drawn, draw};
 use crate::page;
 use crate::{ReportError, sweep};
 
-/// Contents of the page of a paper.
+/// Contents of the report page of a reproduced paper.
 #[derive(Clone, Debug)]
 pub struct PaperPage<'a> {
-    /// Title of the paper.
+    /// Title of the reproduced paper.
     pub title: &'a str,
-    /// Authors, journal, year.
+    /// Authors, journal and year of the paper.
     pub source: &'a str,
     /// Remark on the paper as a whole.
     pub remark: Option<&'a str>,
-    /// Numbers of claims by verdict, in words.
+    /// Summary in words: numbers of claims by verdict.
     pub summary: String,
     /// Kind of the runs, such as full or quick.
     pub kind: &'a str,
-    /// Probability of any false alarm.
+    /// Family-wise error rate of the verdicts: probability of any false alarm.
     pub family_wise_error_rate: f64,
-    /// Figures and tables of the paper.
+    /// Figures and tables of the paper, with their claims.
     pub figures: Vec<PaperFigure<'a>>,
     /// Runs behind the figures.
     pub runs: Vec<PaperRun<'a>>,
@@ -41,7 +41,7 @@ pub struct PaperFigure<'a> {
     pub name: &'a str,
     /// Title of the figure.
     pub title: &'a str,
-    /// Parts of the figure that are missing here.
+    /// Parts of the paper's figure that are not reproduced, in words.
     pub missing: Option<&'a str>,
     /// Name of the run whose tables are drawn.
     pub run: &'a str,
@@ -51,18 +51,18 @@ pub struct PaperFigure<'a> {
     pub claims: Vec<PaperClaim<'a>>,
 }
 
-/// Claim of a paper with the number found.
+/// Claim of a paper with the number that the run found, and the verdict.
 #[derive(Clone, Debug)]
 pub struct PaperClaim<'a> {
     /// Claim of the paper in words.
     pub claim: &'a str,
-    /// Location of the number in the results.
+    /// Location of the number in the result tables, in words.
     pub place: String,
     /// Number that the paper states, as text.
     pub paper: String,
     /// Number found by the run, as text.
     pub found: String,
-    /// Largest deviation that counts as agreement; empty for bounds.
+    /// Largest deviation that counts as agreement, as text; empty for bounds.
     pub margin: String,
     /// Number found over the paper's value; `None` for bounds.
     pub ratio: Option<TableEstimate>,
@@ -72,16 +72,16 @@ pub struct PaperClaim<'a> {
     pub correction: Option<&'a str>,
 }
 
-/// Run of a case for a paper.
+/// Run of a case, made to reproduce figures of a paper.
 #[derive(Clone, Debug)]
 pub struct PaperRun<'a> {
     /// Name of the run and of its folder.
     pub name: &'a str,
     /// Name of the case.
     pub case: &'a str,
-    /// Title of the case.
+    /// Title of the case of the run.
     pub title: &'a str,
-    /// Settings changed in the case.
+    /// Case keys changed for the run, as `key=value`.
     pub settings: Vec<String>,
 }
 
@@ -144,7 +144,8 @@ pub fn figure_anchor(name: &str) -> String {
     format!("figure-{}", name.chars().map(letter).collect::<String>())
 }
 
-/// Figures of some tables of a results folder; of a sweep, with a panel for each point.
+/// Draws the requested figures of the tables of a results folder; for a sweep, with one panel for
+/// each point.
 fn drawn(
     folder: &Path,
     wanted: &[(&str, Option<usize>)],
@@ -174,7 +175,7 @@ fn drawn(
     Ok(found)
 }
 
-/// Table of the claims of a figure, each with its verdict.
+/// Builds the HTML table of the claims about a figure, each with its verdict.
 fn claims(all: &[PaperClaim<'_>]) -> Markup {
     html! {
         @if !all.is_empty() {
@@ -203,7 +204,7 @@ fn claims(all: &[PaperClaim<'_>]) -> Markup {
     }
 }
 
-/// Corrections of the paper, each once.
+/// Returns the corrections of the paper with their claims, each once.
 fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
     let mut found: Vec<(&str, &str)> = Vec::new();
     for one in all {
@@ -216,7 +217,7 @@ fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
     found
 }
 
-/// Figure of the ratios of found to claimed values; `None` with fewer than two.
+/// Builds the HTML figure of the ratios of found to claimed values; `None` with fewer than two.
 fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
     let mut table = stosszahl_results::table! {
         "claims", "What was found over what the paper says.";
@@ -245,7 +246,7 @@ fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
     Some(page::figure(number, &title, &ratios.caption, &drawn))
 }
 
-/// Table of the runs, each with its headline and a link to its report.
+/// Builds the HTML table of the runs, each with its headline and a link to its report.
 fn runs(folder: &Path, all: &[PaperRun<'_>]) -> Result<Markup, ReportError> {
     let mut rows = Vec::new();
     for run in all {

@@ -1,4 +1,4 @@
-//! PDF of a drawing: one page of its size, with the letters that it shows embedded as fonts.
+//! PDF output of a drawing: one page of its size, with embedded subsets of the fonts.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -12,18 +12,17 @@ use subsetter::{GlyphRemapper, subset};
 use super::canvas::{BLACK, Canvas, Colour, Item, Pen, Segment, Text};
 use super::font::{FILES, Fonts, NAMES};
 
-/// Names of the fonts in the page.
+/// Names of the fonts in the resources of the page.
 const RESOURCES: [Name<'static>; 2] = [Name(b"F0"), Name(b"F1")];
 
-/// Letters of one font in a document: their numbers in the font, and in the part of it that is
-/// embedded.
+/// Glyphs of one font that a document uses: their indices in the font, and in the embedded subset.
 #[derive(Default)]
 struct UsedGlyphs {
     numbers: GlyphRemapper,
     letters: BTreeMap<u16, char>,
 }
 
-/// Writes a drawing as a PDF document; equal drawings give equal bytes. `title` is its title.
+/// Writes a drawing as a PDF document with a title; equal drawings give equal bytes.
 pub(crate) fn write(canvas: &Canvas, fonts: &Fonts, title: &str) -> Vec<u8> {
     let mut used = [UsedGlyphs::default(), UsedGlyphs::default()];
     let page_content = content(canvas, &mut used);
@@ -69,7 +68,7 @@ fn packed(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap_or_default()
 }
 
-/// Content of the page, with y upwards; notes the letters that it shows.
+/// Writes the content stream of the page, with y upwards, and records the glyphs that it uses.
 fn content(canvas: &Canvas, used: &mut [UsedGlyphs; 2]) -> Vec<u8> {
     let mut content = Content::new();
     let height = canvas.size[1];
@@ -132,7 +131,8 @@ fn path(
     };
 }
 
-/// Shows a line of text: one operator for each run of letters of one font, size and level.
+/// Writes a line of text to the content stream, with one operator for each run of one font, size
+/// and level.
 fn show(content: &mut Content, height: f64, text: &Text, used: &mut [UsedGlyphs; 2]) {
     let [red, green, blue] = BLACK.map(share);
     content.set_fill_rgb(red, green, blue);
@@ -177,8 +177,8 @@ fn show(content: &mut Content, height: f64, text: &Text, used: &mut [UsedGlyphs;
     content.end_text();
 }
 
-/// Embeds the letters of a font that are used: font, its description, widths, and the letters of
-/// its numbers.
+/// Embeds the used subset of a font: font file, descriptor, widths, and the mapping from glyphs to
+/// characters.
 fn embed(pdf: &mut Pdf, font: usize, fonts: &Fonts, used: &UsedGlyphs, places: [Ref; 5]) {
     let [outer, inner, descriptor, file, letters] = places;
     let face = fonts.face(font);

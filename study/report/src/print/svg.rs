@@ -1,4 +1,4 @@
-//! SVG of a drawing: plain paths, text as outlines, nothing that is outside of the file.
+//! SVG output of a drawing: plain paths, text as outlines, no external resources.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use maud::{Markup, PreEscaped, html};
 use super::canvas::{Canvas, Colour, Item, Pen, Segment, Text};
 use super::font::Fonts;
 
-/// Millimetres of a point.
+/// Length of one point \[mm\].
 pub(crate) const POINT: f64 = 25.4 / 72.0;
 
 /// Writes a drawing as an SVG file whose unit is the point; `title` describes it.
@@ -47,7 +47,7 @@ fn one(item: &Item, fonts: &Fonts) -> Markup {
     }
 }
 
-/// Outlines of a line of text as one path.
+/// Returns the glyph outlines of a line of text as the data of one SVG path.
 fn outlines(text: &Text, fonts: &Fonts) -> PreEscaped<String> {
     let mut path = String::new();
     for glyph in &text.glyphs {
@@ -66,7 +66,7 @@ fn outlines(text: &Text, fonts: &Fonts) -> PreEscaped<String> {
     PreEscaped(path)
 }
 
-/// Data of a path, each point moved by `place`.
+/// Returns the data of an SVG path, with each point transformed by `place`.
 fn data(segments: &[Segment], place: impl Fn([f64; 2]) -> [f64; 2]) -> PreEscaped<String> {
     let pair = |at: [f64; 2]| {
         let [x, y] = place(at).map(short);
@@ -96,7 +96,7 @@ fn hex([red, green, blue]: Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Formats a number with two decimals: 4 µm of a drawing, and without zeros at its end.
+/// Formats a coordinate \[pt\] with two decimals, which is 4 µm, without trailing zeros.
 fn short(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
