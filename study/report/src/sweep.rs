@@ -1,5 +1,5 @@
-//! Page of a sweep: measured against swept quantities, as curves or maps; then the list of points,
-//! and each figure at all points.
+//! HTML page of a sweep: measured against swept quantities as curves or maps, then the list of
+//! points, and each figure at all points.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -21,10 +21,10 @@ use crate::sheet::sheet;
 use crate::words;
 use crate::{Guard, Report, ReportError, run, summary};
 
-/// Name of the column with the point of a row.
+/// Name of the table column that holds the name of the sweep point.
 const POINT: &str = "point";
 
-/// Builds the page of a sweep and rewrites the reports of its finished points.
+/// Builds the HTML page of a sweep and rewrites the reports of its finished points.
 pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Report, ReportError> {
     let mut archive = Archive::new(&sweep.title);
     archive.add_file(folder, SWEEP_FILE)?;
@@ -83,7 +83,7 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     })
 }
 
-/// Name of a drawing, its figure, and what is drawn.
+/// Figure of a sweep: name of its file, description, and drawing.
 pub(crate) type Named = (String, Figure, Drawn);
 
 /// Reads the points of a sweep and draws its figures, in the order of its page.
@@ -94,7 +94,7 @@ pub(crate) fn drawn(folder: &Path, sweep: &Sweep) -> Result<Vec<Named>, ReportEr
     Ok(all.into_iter().flatten().collect())
 }
 
-/// Question of the first finished point; empty without one.
+/// Returns the question of the first finished point; an empty one if no point is finished.
 fn question(points: &[Option<Stored>]) -> RunQuestion {
     let first = points.iter().flatten().next();
     let question = first.map(|stored| stored.manifest.question.clone());
@@ -147,14 +147,14 @@ fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<N
     [flat(first), flat(others), each.collect()]
 }
 
-/// Returns the swept keys, sorted.
+/// Returns the swept keys of all points, sorted.
 fn keys(sweep: &Sweep) -> Vec<&String> {
     let points = sweep.points.iter();
     let keys: BTreeSet<&String> = points.flat_map(|point| point.values.keys()).collect();
     keys.into_iter().collect()
 }
 
-/// Tables of all finished points, each with its figures in one panel per point.
+/// Returns the tables of all finished points joined, with each figure in one panel per point.
 pub(crate) fn at_each_point(
     folder: &Path,
     sweep: &Sweep,
@@ -170,7 +170,7 @@ pub(crate) fn at_each_point(
     Ok(drawn.collect())
 }
 
-/// Tables and figures of the first finished point, with the names of their drawings.
+/// Returns tables and figures of the first finished point, with the names of their drawings.
 fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
     let tables = points
         .iter()
@@ -186,12 +186,12 @@ fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
         .collect()
 }
 
-/// Returns the first headline of a point.
+/// Returns the first headline verdict of a point.
 fn conclusion(stored: &Stored) -> Option<&VerdictText> {
     headlines(&stored.manifest.verdicts).first().copied()
 }
 
-/// Warnings about tables that differ from the manifests of their points.
+/// Builds warnings about tables whose files differ from the manifests of their points.
 fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     let both = sweep.points.iter().zip(points);
     let files = both.flat_map(|(point, stored)| {
@@ -201,7 +201,7 @@ fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     files.collect()
 }
 
-/// Corrects the numbers of all points for multiple testing.
+/// Computes intervals of the compared numbers of all points, corrected for multiple testing.
 fn corrections(points: &[Option<Stored>]) -> Numbers {
     let number = |stored: &Option<Stored>| {
         let first = conclusion(stored.as_ref()?)?;
@@ -217,7 +217,8 @@ fn corrections(points: &[Option<Stored>]) -> Numbers {
         .collect()
 }
 
-/// Number of points of each verdict, by corrected intervals; void points are listed separately.
+/// Builds the count of points by verdict, from corrected intervals; void points are listed
+/// separately.
 fn tally(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     let mut kinds: Vec<(VerdictKind, usize)> = Vec::new();
     for (stored, number) in points.iter().zip(numbers) {
@@ -249,7 +250,7 @@ fn tally(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     }
 }
 
-/// Formats a number's interval, in per cent where it is relative.
+/// Formats the confidence interval of a compared number, in per cent if it is relative.
 fn interval(number: &ComparedNumber, ends: Option<[f64; 2]>) -> String {
     let (scale, unit) = if number.relative {
         (100.0, " %")
@@ -262,12 +263,12 @@ fn interval(number: &ComparedNumber, ends: Option<[f64; 2]>) -> String {
     })
 }
 
-/// Formats a key so that it may break after dots and underscores.
+/// Formats a dotted key with line break opportunities after dots and underscores.
 fn breakable(key: &str) -> Markup {
     html! { @for part in key.split_inclusive(['.', '_']) { (part) wbr; } }
 }
 
-/// List of the points with values, first verdicts and links.
+/// Builds the list of sweep points with swept values, first verdicts and links to reports.
 fn overview(
     sweep: &Sweep,
     points: &[Option<Stored>],
@@ -313,7 +314,7 @@ fn overview(
     }
 }
 
-/// Relative link to the report of a point, percent-encoded.
+/// Returns the relative link to the report of a sweep point, percent-encoded.
 fn link(name: &str) -> String {
     let mut address = String::from("./");
     for byte in name.bytes() {
@@ -327,7 +328,8 @@ fn link(name: &str) -> String {
     address + "/" + REPORT_FILE
 }
 
-/// Rows of a table at all points, only from the last panel of a figure.
+/// Gathers the rows of one table at all points; of a figure with panels, only those of the last
+/// panel.
 fn gather(
     sweep: &Sweep,
     points: &[Option<Stored>],
@@ -384,7 +386,7 @@ fn gather(
     all
 }
 
-/// Copies a figure with one panel per point.
+/// Returns a copy of a figure with one panel per sweep point.
 fn at_each(figure: &Figure) -> Figure {
     let engines = || {
         figure
@@ -410,7 +412,8 @@ fn at_each(figure: &Figure) -> Figure {
     all
 }
 
-/// Draws the last value in time of each curve against the swept key with the most values.
+/// Describes a figure of the last value in time of each curve against the swept key with the most
+/// values, and its table.
 ///
 /// If two keys have several values, a map is drawn too.
 fn trend(
@@ -494,7 +497,7 @@ fn trend(
     Some((table, trend, map))
 }
 
-/// Draws a map over two swept keys; `None` unless they are numbers.
+/// Describes a map over two swept keys; `None` unless their values are numbers.
 fn map(all: &Table, figure: &Figure, curves: &[usize], keys: [&str; 2]) -> Option<Figure> {
     for key in keys {
         let column = all.find_column(key)?;

@@ -29,7 +29,8 @@ impl Serialize for TableCell {
 }
 
 impl TableCell {
-    /// Number in the cell; `None` for words, empty cells and numbers that are not finite.
+    /// Returns the number in the cell; `None` for words, empty cells and numbers that are not
+    /// finite.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number).filter(|number| number.is_finite()),
@@ -52,15 +53,15 @@ impl TableCell {
     }
 }
 
-/// Returns true if a spreadsheet would take words for a formula, at once or after removal of an
-/// apostrophe.
+/// Returns true if a spreadsheet would take text for a formula, as it is or after an apostrophe is
+/// removed.
 fn is_formula(text: &str) -> bool {
     let begin = text.trim_start_matches('\'');
     begin.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
 impl Table {
-    /// Name of the CSV file.
+    /// Returns the name of the table's CSV file.
     pub fn file(&self) -> String {
         format!("{}.csv", self.name)
     }
@@ -159,7 +160,7 @@ impl Table {
     }
 }
 
-/// Converts an error of the CSV reader to one of the table.
+/// Converts an error of the CSV parser to an error of results, with its position.
 fn fault(path: &Path, error: &csv::Error) -> ResultsError {
     let line = error.position().map_or(0, csv::Position::line);
     match error.kind() {
