@@ -1,4 +1,4 @@
-//! Quantities of a run, measured all at once, and their theory where it is exact.
+//! Quantities of a run whose errors a frontier measures, and their theory where it is exact.
 
 use std::str::FromStr;
 
@@ -15,14 +15,14 @@ use crate::measures::last_structure_factor;
 use crate::plan::{CasePlan, EnginePlan};
 use crate::unsaved::{collision_rate, energies, window};
 
-/// Decades of time before the end of the run in which the energy is taken.
+/// Decades of time before the end of the run in which the energy is compared.
 const DECADES: i32 = 2;
-/// Number of times in each decade.
+/// Number of times in each decade at which the energy is compared.
 const TIMES_PER_DECADE: u64 = 3;
 /// Largest mode number `L/wavelength` of the structure factor at low k, and number of the
 /// shells up to it.
 const LOW_WAVE_NUMBERS: i64 = 4;
-/// Measures that runs make.
+/// Measures that the runs of a frontier make.
 pub(crate) const MEASURES: [&str; 3] = ["energy", "impact_parameters", "structure_factor"];
 
 /// Choice of `--quantity`: the quantity whose error ranks the settings.
@@ -43,7 +43,7 @@ pub enum QuantityKind {
 }
 
 impl QuantityKind {
-    /// All kinds of quantities.
+    /// All kinds of quantities of a frontier.
     pub const ALL: [Self; 5] = [
         Self::Energy,
         Self::CollisionRate,
@@ -52,7 +52,7 @@ impl QuantityKind {
         Self::Structure,
     ];
 
-    /// Returns the name on the command line and in tables.
+    /// Returns the name of the quantity kind on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Energy => "energy",
@@ -63,7 +63,7 @@ impl QuantityKind {
         }
     }
 
-    /// Returns the name in sentences.
+    /// Returns the name of the quantity kind in sentences.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Energy => "energy",
@@ -94,7 +94,7 @@ impl FromStr for QuantityKind {
     }
 }
 
-/// Quantity of a run.
+/// Quantity of a run at one time or in one window, whose error is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrontierQuantity {
     /// Kind of the quantity.
@@ -103,7 +103,7 @@ pub(crate) struct FrontierQuantity {
     pub time: f64,
 }
 
-/// Returns the case as it is measured: its gas and start, but with fixed sample times and fixed
+/// Returns the case as a frontier runs it: with its gas and start, but fixed sample times and
 /// measures.
 pub(crate) fn measured(case: &Case) -> Case {
     let mut case = case.clone();
@@ -130,7 +130,7 @@ pub(crate) fn measured(case: &Case) -> Case {
     case
 }
 
-/// Returns all quantities of a measured case.
+/// Returns all quantities that a frontier of a case measures.
 pub(crate) fn quantities(plan: &CasePlan) -> Vec<FrontierQuantity> {
     let kind = QuantityKind::Energy;
     let times = plan.sample_times().into_iter().skip(1);

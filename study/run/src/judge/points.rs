@@ -1,4 +1,5 @@
-//! Measured values beside theory at several times or places, each with an error of its own.
+//! Verdicts on measured values against theory at several times or places, with Bonferroni-corrected
+//! intervals.
 
 use stosszahl_analysis::compare::{Interval, VerdictRule};
 use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
@@ -15,13 +16,12 @@ pub struct MeasuredPoint {
     pub measured: f64,
     /// Standard error of the measured value; `None` if it is unknown.
     pub error: Option<f64>,
-    /// Number of replicas that the standard error was estimated from; `None` if it is known
-    /// otherwise.
+    /// Number of replicas behind the standard error; `None` if the error is known otherwise.
     pub replicas: Option<usize>,
-    /// Value of the theory.
+    /// Theoretical value, in the unit of the quantity.
     pub theory: f64,
-    /// Change of the value of theory by its last order: an estimate of its error; `None` if it is
-    /// unknown.
+    /// Estimated error of the theoretical value: its change by the last order of the expansion;
+    /// `None` if unknown.
     pub theory_error: Option<f64>,
 }
 
@@ -38,40 +38,41 @@ impl MeasuredPoint {
         })
     }
 
-    /// Deviation of the measured value from theory, relative to theory.
+    /// Returns the relative deviation of the measured value from theory.
     pub fn deviation(&self) -> f64 {
         self.measured / self.theory - 1.0
     }
 
-    /// Standard error of the value, combined in quadrature with the uncertainty of the theory.
+    /// Returns the standard error of the measured value, combined in quadrature with the error of
+    /// the theory.
     pub fn total_error(&self) -> Option<f64> {
         let error = self.error?;
         Some(error.hypot(self.theory_error.unwrap_or(0.0)))
     }
 
-    /// Deviation of the measured value from theory, in standard errors; `None` without an error
-    /// above zero.
+    /// Returns the deviation of the measured value from theory in standard errors; `None` without
+    /// an error above zero.
     pub fn z(&self) -> Option<f64> {
         let total = self.total_error().filter(|&error| error > 0.0)?;
         Some((self.measured - self.theory) / total)
     }
 
-    /// Relative deviation from theory with its Student interval; `level` is the probability that it
-    /// misses the truth.
+    /// Computes the relative deviation from theory with its Student interval; `level` is the
+    /// probability that it misses the truth.
     pub fn interval(&self, level: f64) -> Interval {
         let error = self.total_error().map(|error| error / self.theory.abs());
         let freedom = self.replicas.map(|replicas| replicas.saturating_sub(1));
         Interval::student(self.deviation(), error, freedom, level)
     }
 
-    /// Verdict on this point alone.
+    /// Decides the verdict kind of this point alone.
     pub fn outcome(&self, rule: &VerdictRule) -> VerdictKind {
         kind_of(self.interval(rule.level).decide(rule))
     }
 }
 
-/// Returns the points that can be judged, and the rule for a single point: its level is the level
-/// for all points over their number (Bonferroni).
+/// Returns the points that can be compared (theory not zero, values finite), and the decision rule
+/// for a single one: the error probability divided by their number (Bonferroni).
 fn usable<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
@@ -112,7 +113,7 @@ pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
     }
 }
 
-/// Returns the verdict on points against a theory; `subject` names the engine, such as "ED
+/// Decides the verdict on measured points against a theory. `subject` names the engine, such as "ED
 /// (exact)", and `quantity` the measured quantity.
 pub fn against_theory(
     topic: &str,
@@ -142,7 +143,7 @@ pub fn against_theory(
     comparison.judge(&findings, &all)
 }
 
-/// Returns the verdict on a relative deviation with its standard error.
+/// Decides the verdict kind of a relative deviation with its standard error.
 pub fn verdict_within(off: &TableEstimate, rule: &VerdictRule) -> VerdictKind {
     kind_of(interval_of(off, rule.level).decide(rule))
 }
@@ -154,17 +155,17 @@ pub fn interval_of(off: &TableEstimate, level: f64) -> Interval {
     Interval::student(value, off.standard_error, freedom, level)
 }
 
-/// Returns true if the confidence interval of a number contains zero; `None` without an error. This
-/// is no test of equivalence, and serves remarks alone.
+/// Returns true if the confidence interval of a number contains zero; `None` without an error. As
+/// this is no equivalence test, it is used for remarks only.
 pub fn holds_zero(found: &TableEstimate, level: f64) -> Option<bool> {
     let [low, high] = interval_of(found, level).ends?;
     Some(low <= 0.0 && high >= 0.0)
 }
 
-/// Verdict on the relative difference of two profiles, over all points together by Bonferroni.
-/// `places` holds the values of both profiles at each point, and the position in words; points
-/// without errors are left out, and without points there is no verdict. Errors come from `parts`
-/// blocks of time.
+/// Decides the verdict on the relative difference of two profiles, over all points together by
+/// Bonferroni. `places` holds the values of both profiles at each point, and the position in words.
+/// Errors come from `parts` blocks of time; points without errors are left out, and `None` is
+/// returned without points.
 pub fn profiles(
     topic: &str,
     [a, b, quantity]: [&str; 3],

@@ -1,4 +1,5 @@
-//! `boundaries`: particles, force and power that each wall, opening, inflow and obstacle gives to the gas.
+//! Measure `boundaries`: particles, momentum (force) and energy (power) that each wall, opening,
+//! inflow and obstacle gives to the gas.
 
 use std::ops::Range;
 
@@ -18,7 +19,7 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan, SpeciesPlan};
 
-/// Measure of particles, momentum and energy that walls, obstacles and streams give.
+/// Measure `boundaries` of particles, momentum and energy that walls, obstacles and inflows give.
 pub struct BoundaryMeasure;
 
 /// Options of `[measure.boundaries]`.
@@ -29,16 +30,16 @@ struct BoundaryOptions {
     blocks: Option<u64>,
 }
 
-/// Record of one replica.
+/// Boundary fluxes of one replica, for the measure `boundaries`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
     course: ReplicaCourse,
-    /// Ledgers of the boundaries at the end of each block.
+    /// Fluxes of all boundaries since the start, at the end of each time block.
     given: Vec<Vec<BoundaryFlux>>,
 }
 
 impl Record {
-    /// Returns the ledger of one boundary at the end of a block.
+    /// Returns the flux of one boundary from the start to the end of a block.
     fn until(&self, block: Option<usize>, name: &str) -> BoundaryFlux {
         let given = block.and_then(|block| self.given.get(block));
         let found = given.and_then(|all| all.iter().find(|one| one.name == name));
@@ -186,7 +187,8 @@ impl<'a> One<'a> {
         self.rate(name, |given| given.momentum[axis]).times(unit)
     }
 
-    /// Names of all boundaries that gave something to the gas, in the order of first occurrence.
+    /// Returns the names of all boundaries that gave something to the gas, in the order of first
+    /// occurrence.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
         for given in self
@@ -202,8 +204,8 @@ impl<'a> One<'a> {
         names
     }
 
-    /// Returns notes on the drag of each obstacle in a stream from the left, and its coefficient
-    /// F/(rho u^2 h/2), where h is the height of the obstacle across the stream.
+    /// Computes the drag of each obstacle in a stream from the left, with its coefficient F/(rho
+    /// u^2 h/2), where h is the height of the obstacle across the stream, and returns notes.
     fn drag(&self) -> Vec<VerdictText> {
         let (case, known) = (&self.plan.case, self.names());
         let inflow = case.inflow.iter().find(|one| one.face == "left");
@@ -227,7 +229,8 @@ impl<'a> One<'a> {
         case.obstacle.iter().enumerate().filter_map(one).collect()
     }
 
-    /// Returns a verdict on the energy and particles that splitting and merging of simulators added over the whole run.
+    /// Decides the verdict on the energy and particles that splitting and merging of weighted
+    /// simulators added over the whole run.
     fn balance(&self, rule: &VerdictRule) -> Option<VerdictText> {
         let last = self.records.iter().filter_map(|record| record.given.last());
         let given: Vec<_> = last
@@ -263,7 +266,8 @@ impl<'a> One<'a> {
     }
 }
 
-/// Height of an obstacle across a stream from the left, in the unit of length of the case.
+/// Computes the height of an obstacle across a stream from the left, in the unit of length of the
+/// case.
 fn height(obstacle: &ObstacleSpec) -> f64 {
     if let Some(disk) = obstacle.circle {
         return 2.0 * disk.radius;
@@ -274,7 +278,7 @@ fn height(obstacle: &ObstacleSpec) -> f64 {
     heights.fold(f64::NEG_INFINITY, f64::max) - low
 }
 
-/// Mass per volume of an inflow, in the units of the case.
+/// Computes the mass density of an inflow, in the units of the case.
 fn mass_density(plan: &CasePlan, inflow: &InflowSpec) -> f64 {
     let (scale, given) = (plan.scale, inflow.number_density.as_ref());
     let volume = plan.volume * scale.length.powi(plan.dimension as i32);

@@ -1,4 +1,5 @@
-//! The steady state of sticking and breaking, and the power law of its sizes.
+//! Steady state of aggregation and fragmentation: balance of both, and a power-law fit of cluster
+//! sizes.
 
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_results::VerdictText;
@@ -20,7 +21,8 @@ pub(super) fn all_steady(record: &ClusterRecord) -> (Sizes, u64) {
     (sum, times)
 }
 
-/// Number of clusters in the second half of the steady state over the number in the first half.
+/// Computes the number of clusters in the second half of the steady state over that in the first
+/// half.
 fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
     let mean = |half: &Half| {
         let clusters: u64 = half.sizes.values().sum();
@@ -34,9 +36,9 @@ fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
     Estimate::over_replicas(&ratios)
 }
 
-/// Exponent and inverse cut-off of a power law with an exponential cut-off, `n_k = c k^-exponent
-/// exp(-k/cutoff)`, fitted to each replica by itself; errors are from their spread. `None` if a
-/// replica lacks three sizes with clusters.
+/// Fits a power law with an exponential cut-off, `n_k = c k^-exponent exp(-k/cutoff)`, to the
+/// cluster sizes of each replica. Returns exponent and inverse cut-off with errors from the spread
+/// over replicas. `None` if a replica lacks three sizes with clusters.
 fn fit(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
     let fits: Option<Vec<[f64; 2]>> = records
         .iter()
@@ -85,8 +87,8 @@ fn fit_one(sizes: &Sizes, [low, high]: [u32; 2]) -> Option<[f64; 2]> {
     (exponent.is_finite() && inverse_cutoff.is_finite()).then_some([exponent, inverse_cutoff])
 }
 
-/// Returns verdicts on whether sticking and breaking balance, and on the power law of the steady
-/// cluster sizes.
+/// Decides the verdicts on whether aggregation and fragmentation balance, and on the power law of
+/// the steady cluster sizes.
 pub(super) fn steady_state(
     plan: &CasePlan,
     records: &[&ClusterRecord],
