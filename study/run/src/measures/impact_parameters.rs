@@ -1,4 +1,5 @@
-//! Impact parameters of collisions in windows of time, against molecular chaos, and what the cooling rate is made of.
+//! Measure `impact_parameters`: impact parameters of collisions in time windows against molecular
+//! chaos, and the factors of the dissipation identity.
 //!
 //! Under chaos P(b/d) is 1 in the plane and 2 b/d in space: (b/d)^(D-1) is uniform, whatever the velocities are. So the test
 //! holds for rough grains and in flows too. The dissipation identity ([`stosszahl_analysis::windows`]) needs equal smooth
@@ -23,7 +24,7 @@ use crate::measure::{
 use crate::plan::{CasePlan, EnginePlan};
 use crate::power::ReplicaSpread;
 
-/// Measure of the impact parameters of collisions.
+/// Measure `impact_parameters` of collisions in time windows.
 pub struct ImpactMeasure;
 
 /// Windows and bins.
@@ -82,7 +83,7 @@ fn default_windows(until: f64) -> Vec<[f64; 2]> {
     windows
 }
 
-/// Returns the time windows of a case, as written or by default, in the unit of time of the case.
+/// Returns the time windows of a case, as given or by default, in the unit of time of the case.
 pub(super) fn spans(plan: &CasePlan, written: Option<Spans>) -> Vec<[f64; 2]> {
     let until = plan.case.run.until;
     match written {
@@ -92,14 +93,14 @@ pub(super) fn spans(plan: &CasePlan, written: Option<Spans>) -> Vec<[f64; 2]> {
     }
 }
 
-/// Refuses a list of no windows.
+/// Returns an error for an empty list of time windows.
 pub(super) fn check_windows(windows: Option<&Spans>) -> Result<(), BadOption> {
     let none = matches!(windows, Some(Spans::List(windows)) if windows.is_empty());
     let allowed = "at least one window, or \"whole-run\"";
     measure::require(!none, "windows", allowed)
 }
 
-/// Windows of time and bins of one engine and replica.
+/// Collision sums of one engine and replica in the time windows.
 type Record = CollisionWindows;
 
 struct ImpactProbe {
@@ -162,8 +163,8 @@ impl Measure for ImpactMeasure {
         check_windows(windows.as_ref())
     }
 
-    /// The edges of the time windows are sample times, so that no time step of an engine lies
-    /// across them.
+    /// Returns the edges of the time windows as sample times, so that no time step of an engine
+    /// lies across them.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         self.options(plan).0.into_flattened()
     }
@@ -240,7 +241,7 @@ impl Measure for ImpactMeasure {
     }
 }
 
-/// Returns one time window of every replica.
+/// Returns the sums of one time window in every replica.
 fn window<'a>(records: &[&'a Record], window: usize) -> Vec<&'a CollisionWindow> {
     records.iter().map(|one| &one.windows[window]).collect()
 }
@@ -270,18 +271,18 @@ fn against_chaos(windows: &[&CollisionWindow]) -> Option<ChiSquaredTest> {
     chi_squared_test(&observed, &expected.collect::<Vec<f64>>(), 0).ok()
 }
 
-/// Tests the impact parameters of one engine in each time window.
+/// Tests the impact parameters of one engine in each time window, over replicas.
 fn tests(spans: &[[f64; 2]], records: &[&Record]) -> Vec<ImpactTest> {
     let one = |(number, &span)| ImpactTest::test_window(span, &window(records, number));
     spans.iter().enumerate().map(one).collect()
 }
 
-/// Returns the lower and upper edge b/d of a bin.
+/// Returns the lower and upper edge of a bin of b/d.
 fn edges(bin: usize, bins: usize) -> [f64; 2] {
     [bin, bin + 1].map(|edge| edge as f64 / bins as f64)
 }
 
-/// Returns the table of impact parameters by bin, and the table of their summary.
+/// Builds the table of impact parameters by bin, and the table of their summary.
 fn histograms(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
     let figure = Figure::curves(
         "Impact parameters",
@@ -374,7 +375,7 @@ fn histograms(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) ->
     vec![bins, summary]
 }
 
-/// Functions that return the factors of the dissipation identity, in the order of their columns.
+/// Accessors of the factors of the dissipation identity, in the order of their columns.
 const FACTORS: [fn(&DissipationFactors) -> f64; 6] = [
     |d| d.rate,
     |d| d.speed,
@@ -439,7 +440,7 @@ fn dissipation(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -
     table
 }
 
-/// Returns a note on the factors that make up the difference of two engines in cooling, or in
+/// Creates a note on the factors that make up the difference of two engines in cooling, or in
 /// collisions, in the last time window. Both engines have the same starts, so the jackknife leaves
 /// out a replica of both together.
 fn split(

@@ -1,4 +1,5 @@
-//! The intermediate scattering function F(k, t) = (w/N) <rho(k, t) rho*(k, 0)>: how long density waves last.
+//! Measure `intermediate_scattering`: the intermediate scattering function `F(k, t) = (w/N) <rho(k,
+//! t) rho*(k, 0)>`, which shows how long density waves last.
 //!
 //! Time runs from a chosen moment of the run. It is a property of the density, so particles need not be known by their index.
 
@@ -13,7 +14,7 @@ use super::{grid, mean_over_replicas};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the intermediate scattering function.
+/// Measure `intermediate_scattering` of the function F(k, t).
 pub struct IntermediateScattering;
 
 /// Options: begin of the measurement and wave numbers.
@@ -48,9 +49,9 @@ impl ScatteringOptions {
 
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
-    /// Density amplitudes at the start of the measurement, by mode.
+    /// Density amplitudes rho(k) at the start of the measurement, one for each mode.
     first: Vec<[f64; 2]>,
-    /// F(k, t), by the time t since the start of the measurement, then by shell.
+    /// Values of F(k, t), by the time t since the start of the measurement, then by shell.
     scattering: Vec<(f64, Vec<f64>)>,
 }
 

@@ -1,4 +1,5 @@
-//! The pair correlation function g(r) in a periodic box, of disks and of spheres.
+//! Measure `pair_correlation`: the pair correlation function g(r) of disks and of spheres in a
+//! periodic box.
 
 use serde::Deserialize;
 use stosszahl_analysis::pair_correlation::{PairCorrelation, PairCounts, of_species};
@@ -11,10 +12,10 @@ use super::structure_factor::{
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the pair correlation g(r).
+/// Measure `pair_correlation` of the function g(r).
 pub struct PairCorrelations;
 
-/// Largest number of distance bins.
+/// Largest number of distance bins of g(r).
 const MOST_BINS: f64 = 1e5;
 
 /// Options of the pair correlation.
@@ -40,7 +41,7 @@ impl Default for PairCorrelationOptions {
     }
 }
 
-/// Pair correlation g(r) by time; `None` at a time without two particles.
+/// Pair correlation g(r) at each time; `None` at a time without two particles.
 type Record = ByTime<Found>;
 
 /// Pair correlation at one time, of all particles and of each pair of species.

@@ -1,4 +1,5 @@
-//! Selection of engines and replicas of which a measure keeps a record, where the case may choose.
+//! Selection of the engines and replicas of which a measure keeps a record, as options of the
+//! measure.
 
 use serde::Deserialize;
 
@@ -30,7 +31,7 @@ impl Default for Replicas {
 }
 
 impl Replicas {
-    /// Returns true if the selection contains the replica of this number, from 0.
+    /// Returns true if the selection contains the replica with this number, from 0.
     pub(super) fn has(&self, replica: u64) -> bool {
         match self {
             Self::All(_) => true,
@@ -38,7 +39,7 @@ impl Replicas {
         }
     }
 
-    /// Refuses replicas that the case does not have.
+    /// Returns an error if the selection names replicas that the case does not have.
     pub(super) fn check_replicas(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let Self::List(list) = self else {
             return Ok(());
@@ -53,12 +54,12 @@ impl Replicas {
     }
 }
 
-/// Returns true if `engines` names this engine, or is `None`.
+/// Returns true if `engines` names the engine, or is `None`.
 pub(super) fn is_named(engines: Option<&[String]>, engine: &str) -> bool {
     engines.is_none_or(|names| names.iter().any(|one| one == engine))
 }
 
-/// Refuses names of engines that the case does not have.
+/// Returns an error if the selection names engines that the case does not have.
 pub(super) fn check_engines(plan: &CasePlan, engines: Option<&[String]>) -> Result<(), BadOption> {
     let names: Vec<&str> = plan.engines.iter().map(|engine| engine.name).collect();
     for (index, name) in engines.into_iter().flatten().enumerate() {

@@ -1,4 +1,5 @@
-//! The time `tau_1` of Bodrova & Osinsky (2024), Eqs. 6 and 7, which counts collisions of a reference species.
+//! Reduced time `tau_1` of Bodrova & Osinsky (2024), Eqs. 6 and 7, which counts collisions of a
+//! reference species, by integration over samples.
 //!
 //! `d tau_1/dt = 4 n_1 d_1^2 chi sqrt(pi T_1/m_1)` is the rate at which a particle of species 1 hits its like in a Maxwellian gas.
 //! Between two samples `1/sqrt(T_1)` is taken to be linear in time, which Haff's law makes exact.
@@ -9,14 +10,15 @@ use super::gas::{GasRecord, GasSample, against, measured};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, Predicted};
 
-/// Rate `d tau_1/dt` at temperature 1; `None` if species 1 is a tracer or has many sizes.
+/// Computes the rate `d tau_1/dt` at temperature 1; `None` if species 1 is a tracer or has many
+/// sizes.
 pub(super) fn rate(plan: &CasePlan) -> Option<f64> {
     let single = plan.classes.len() == plan.species.len() && plan.case.aggregation.is_none();
     let mixture = plan.mixture().ok().filter(|_| single)?;
     Some(mixture.like_collisions(0, 1.0)).filter(|&rate| rate > 0.0)
 }
 
-/// `tau_1` at all sample times; empty where it has no rate.
+/// Computes `tau_1` at all sample times; empty if the case has no such time.
 pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&GasRecord]) -> Vec<TableEstimate> {
     let Some(rate) = rate(plan) else {
         return Vec::new();
@@ -48,7 +50,8 @@ pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&GasRecord]) -> Vec<Tab
     (0..times.len()).map(one).collect()
 }
 
-/// Integrates the rate `rate sqrt(T)` from the first time to each time.
+/// Integrates the rate `rate sqrt(T)` from the first time to each time, with 1/sqrt(T) linear
+/// between samples.
 fn passed(rate: f64, times: &[f64], temperatures: &[f64]) -> Vec<f64> {
     let slowness: Vec<f64> = temperatures.iter().map(|t| t.sqrt().recip()).collect();
     let mut sum = 0.0;

@@ -1,4 +1,4 @@
-//! A gas that does what a formula says, and the tests of measures on it.
+//! Mock simulation whose velocities follow a formula, and tests of measures on it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,10 +15,11 @@ use stosszahl_results::{Table, TableCell};
 use crate::measure::{CompletedRun, Measure, ReplicaRecords, RunStop, SampleContext};
 use crate::plan::CasePlan;
 
-/// Velocity of a particle at a time, from that of the start.
+/// Velocity of a particle at a time, as a function of its initial velocity and the time.
 type Law = Arc<dyn Fn(Vector3<f64>, f64) -> Vector3<f64> + Send + Sync>;
 
-/// Particles that stand still while their velocities follow a law; displacements are those of the velocities of the start.
+/// Mock simulation: particles at rest in space whose velocities follow a formula. Displacements are
+/// those of the initial velocities.
 #[derive(Clone)]
 struct ScriptedSimulation {
     start: Particles,
@@ -105,14 +106,15 @@ impl Simulation for ScriptedSimulation {
     }
 }
 
-/// The plan of a case with a title and a seed.
+/// Plans a case from text, with a title and a seed added.
 fn plan(text: &str) -> CasePlan {
     let text = format!("format = 2\ntitle = \"toy\"\n{text}");
     let case = toml::from_str(&text).expect("a case");
     CasePlan::new(&case, Path::new(".")).expect("a plan")
 }
 
-/// Disks at restitution 0.9 in a box, exact and by Monte Carlo.
+/// Plans a case of disks at restitution 0.9 in a box, with exact dynamics, Monte Carlo and a
+/// measure.
 fn disks(measure: &str) -> CasePlan {
     plan(&format!(
         "[gas]\nnumber = 60\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[engine.ed]\n[engine.dsmc-boltzmann]\n\
@@ -120,7 +122,7 @@ fn disks(measure: &str) -> CasePlan {
     ))
 }
 
-/// A gas at random places, with speeds of order one.
+/// Creates a mock simulation at random places, with speeds of order one.
 fn gas(plan: &CasePlan, seed: u64, law: Law) -> ScriptedSimulation {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut all = Vec::new();
@@ -156,7 +158,8 @@ fn gas(plan: &CasePlan, seed: u64, law: Law) -> ScriptedSimulation {
     }
 }
 
-/// Takes a measure through the runs of all engines, by replica; halfway each probe is saved and loaded into a new one.
+/// Runs a measure on the mock simulations of all engines and replicas, and returns its tables.
+/// Halfway each probe is saved and loaded into a new one.
 fn tables(
     plan: &CasePlan,
     measure: &dyn Measure,
@@ -219,7 +222,7 @@ fn tables(
     (tables, finished)
 }
 
-/// Numbers of a column; not a number where a cell is empty.
+/// Returns the numbers of a column; NaN for empty cells.
 fn column(table: &Table, name: &str) -> Vec<f64> {
     let at = table.find_column(name).expect("a column");
     let number = |row: &Vec<TableCell>| match row[at] {

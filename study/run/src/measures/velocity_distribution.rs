@@ -1,4 +1,5 @@
-//! The distribution of velocities over the thermal speed, with its tails and cumulants.
+//! Measure `velocity_distribution`: histograms of velocities over the thermal speed, with tails and
+//! cumulants.
 
 use serde::Deserialize;
 use stosszahl_analysis::velocities::{Bins, VelocityHistogram, VelocityQuantity};
@@ -10,7 +11,7 @@ use super::structure_factor::structure_times;
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the velocity distribution over the thermal speed, with its cumulants.
+/// Measure `velocity_distribution` over the thermal speed, with cumulants.
 pub struct VelocityDistributionMeasure;
 
 /// Counted quantity.
@@ -63,12 +64,12 @@ impl VelocityDistributionOptions {
     }
 }
 
-/// Velocity histograms of one replica, by time, then by species; `None` for particles that do not
-/// move.
+/// Velocity histograms of one replica, by time, then by species; `None` for species at rest.
 type Record = Vec<(f64, Vec<Option<VelocityHistogram>>)>;
 
-/// Fourth cumulant by first Sonine order of one species with a constant restitution that starts as a Maxwellian and cools freely, or
-/// is driven and steady; none where no theory applies.
+/// Computes the theoretical fourth cumulant in first Sonine order: for one species with constant
+/// restitution that cools freely from a Maxwellian, or is driven and steady. `None` if no theory
+/// applies.
 fn theory(plan: &CasePlan, time: f64) -> Option<f64> {
     let (dimension, r) = (plan.dimension, plan.law.constant()?);
     let alone = if plan.has_box() {

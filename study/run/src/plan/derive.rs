@@ -1,4 +1,4 @@
-//! Derivation of a plan from its case.
+//! Derivation of the resolved plan from a case: units, sizes, densities, times and checks.
 
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -27,7 +27,7 @@ use super::theory::{dilute_path, rates};
 use crate::words::short;
 
 impl CasePlan {
-    /// Derives the plan of a case; `folder` holds the case file.
+    /// Derives the resolved plan of a case; `folder` holds the case file.
     ///
     /// The case is one that [`CaseFile`](stosszahl_case::CaseFile) has read: its checks of keys and
     /// their relations are not repeated.
@@ -38,8 +38,8 @@ impl CasePlan {
         Self::derive_within(case, folder, available_memory())
     }
 
-    /// Derives the plan of a case where `free` bytes of memory are free for the data of each
-    /// particle \[bytes\]; without a limit for `None`.
+    /// Derives the resolved plan of a case, with a limit `free` on the memory for data of each
+    /// particle \[bytes\]; `None` for no limit.
     ///
     /// # Errors
     /// As [`CasePlan::new`].
@@ -131,7 +131,8 @@ impl CasePlan {
         Ok(plan)
     }
 
-    /// Refuses a fall so fast that thermal motion is below the rounding of its energy.
+    /// Checks that a free fall is not so fast that thermal motion is below the rounding of its
+    /// energy.
     fn check_gravity(&self) -> Result<(), PlanError> {
         const STRONGEST: f64 = 1e12;
         let gravity = self.gravity();
@@ -148,7 +149,7 @@ impl CasePlan {
         Err(PlanError::new("gravity.acceleration", found, allowed))
     }
 
-    /// Finds Haff's time, the mean free time, and the unit of time.
+    /// Computes Haff's time, the mean free time, and the unit of time of the case.
     fn find_times(&mut self) -> Result<(), PlanError> {
         let mixed =
             self.classes.len() > 1 || self.dimension == 3 || matches!(self.law, Law::Pairs(_));
@@ -212,7 +213,7 @@ impl CasePlan {
         PlanError::require(good, "run.time_unit", self.time, allowed)
     }
 
-    /// Refuses starts that cannot be equilibrated.
+    /// Checks that the start can be equilibrated as the case asks.
     fn check_start(&self) -> Result<(), PlanError> {
         let (asked, key) = (self.equilibration(), "start.equilibration");
         let good = (0.0..=1e9).contains(&asked) && self.longest_equilibration() >= asked;
@@ -224,8 +225,8 @@ impl CasePlan {
         PlanError::require(asked <= 0.0 || possible, key, asked, allowed)
     }
 
-    /// Largest packing fraction of the particles: of a close packing of equal ones, or 1 if sizes
-    /// differ.
+    /// Returns the largest packing fraction of the particles: that of close packing for equal ones,
+    /// or 1 if sizes differ.
     pub fn closest_packing(&self) -> f64 {
         match (self.classes.len(), self.dimension) {
             (1, 2) => kinetic::CLOSE_PACKING,
@@ -234,7 +235,7 @@ impl CasePlan {
         }
     }
 
-    /// Refuses packings that hard particles cannot have.
+    /// Checks that hard particles can have the packing fraction of the case.
     fn check_density(&self) -> Result<(), PlanError> {
         let hard = self
             .engines
@@ -267,8 +268,8 @@ impl CasePlan {
 }
 
 impl ResolvedGas {
-    /// Returns the gas with the velocities of a start file, in the order of species, and the
-    /// sentences on changes by the plan.
+    /// Returns the gas with the velocities of a start file, in the order of species, and notes on
+    /// how the plan changed them.
     fn with_velocities(self, file: StartFile, changes: Vec<String>) -> Self {
         Self {
             file: Some(start_file::scaled(file, self.scale)),
@@ -278,7 +279,7 @@ impl ResolvedGas {
     }
 }
 
-/// Returns the velocity distribution of the start; the Maxwellian where a file has the velocities.
+/// Returns the distribution of the initial velocities; a Maxwellian if a file gives the velocities.
 fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
     let VelocitiesSpec::Drawn(drawn) = case.start.velocities else {
         return Ok(VelocityDistribution::MAXWELLIAN);
@@ -287,14 +288,14 @@ fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
         .map_err(|error| PlanError::new("start.velocities.a2", error.found, error.allowed))
 }
 
-/// Contact value of equal disks. A start beyond close packing is possible only for particles of
-/// several sizes.
+/// Computes the contact value of equal disks, with the packing fraction limited to close packing,
+/// which particles of several sizes can exceed.
 fn contact_value(packing: f64) -> f64 {
     kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING))
 }
 
-/// Returns the case; if its box is given in critical lengths, with the number of disks that
-/// follows.
+/// Returns the case with its number of disks; if the box is given in critical lengths, the number
+/// follows from it.
 fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let domain = case.domain.as_ref();
     let given =
@@ -318,8 +319,8 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     Ok(Cow::Owned(case))
 }
 
-/// Temperature of the start in the units of the case \[energy\]; 1 where a start file gives the
-/// temperature.
+/// Returns the initial temperature in the units of the case \[energy\]; 1 if a start file
+/// determines it.
 fn temperature(case: &Case) -> Result<f64, PlanError> {
     if case.start.velocities == VelocitiesSpec::FILE {
         return Ok(1.0);
@@ -345,7 +346,7 @@ fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
         .map_err(|error| PlanError::new("gas.tangential_restitution", error.found, error.allowed))
 }
 
-/// Creates a gas without positions.
+/// Resolves a gas without positions: species, units and densities.
 fn homogeneous(case: &Case, temperature: f64) -> Result<ResolvedGas, PlanError> {
     let allowed = "a volume above 0 in a gas without [box]";
     let volume = case.gas.simulated_volume();
@@ -384,7 +385,7 @@ fn listed(particles: SizedParticles) -> Result<Species, PlanError> {
         .map_err(|error| PlanError::of_message("species", &error.to_string()))
 }
 
-/// Creates a gas in a box, placed by the program.
+/// Resolves a gas in a box whose particles the program places: species, units, sides and densities.
 fn boxed(
     case: &Case,
     mut particles: SizedParticles,
@@ -462,8 +463,8 @@ fn boxed(
     })
 }
 
-/// Refuses gases that cannot be placed, before anything is written. An engine unit of length is
-/// `unit` of the case.
+/// Checks, before anything is written, that the particles can be placed. An engine unit of length
+/// is `unit` of the case.
 fn check_placement(
     case: &Case,
     particles: &SizedParticles,
@@ -522,11 +523,11 @@ fn check_placement(
     }
 }
 
-/// Memory of radius, mass and species of each particle, while they are listed and then shared
-/// \[bytes\].
+/// Memory of radius, mass and species of each particle while they are listed \[bytes\].
 const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
 
-/// Lists radius, mass and species of each particle, if the list fits into the free memory.
+/// Lists radius, mass and species of each particle, if the list fits into the available memory
+/// `free` \[bytes\].
 fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::InvalidValue| {
         let found = format!(
@@ -557,7 +558,8 @@ fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, P
         .map_err(refused)
 }
 
-/// Returns the sides of the box in engine units, and the packing fraction if the case gives it.
+/// Computes the sides of the box in engine units, and returns the packing fraction if the case
+/// gives it.
 fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>), PlanError> {
     let dimension = case.gas.dimension as usize;
     let written = case.domain.as_ref();

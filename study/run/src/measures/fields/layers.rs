@@ -1,4 +1,5 @@
-//! `boundary_layers.csv`: how far walls slow a flow down that goes along them.
+//! Table `boundary_layers.csv`: displacement thickness and slip of the flow at the walls of a
+//! channel.
 
 use stosszahl_analysis::fields::FieldGrid;
 use stosszahl_results::{Figure, FigureAxis, Table, table};
@@ -36,12 +37,13 @@ pub(super) fn table() -> Table {
     )
 }
 
-/// Returns true if the case is a channel and its fields have enough rows of cells.
+/// Returns true if the case is a channel whose fields have enough rows of cells for boundary
+/// layers.
 pub(super) fn has_layers(plan: &CasePlan, options: &FieldOptions) -> bool {
     channel::is_channel(&plan.case) && options.cells[1] >= channel::FEWEST_ROWS as u64
 }
 
-/// Adds an engine in a window.
+/// Adds the rows of one engine in one time window to the table of boundary layers.
 pub(super) fn fill(
     table: &mut Table,
     plan: &CasePlan,
@@ -64,7 +66,8 @@ pub(super) fn fill(
     }
 }
 
-/// Velocity in the middle, displacement thickness and slip of the velocities across a channel.
+/// Computes velocity in the middle, displacement thickness and slip from the velocities across a
+/// channel of a height.
 ///
 /// With `S = sum u_j`, the mean M over the middle and cells of the width `H/J` the thickness is
 /// `(H - (H/J) S/M)/2`.

@@ -1,4 +1,5 @@
-//! Verdicts on fields and profiles.
+//! Verdicts on fields and profiles: density differences of engines, settled columns, wall
+//! temperatures, overcrowding.
 
 use stosszahl_analysis::fields::CellAveraging;
 use stosszahl_model::Space as _;
@@ -13,11 +14,11 @@ use crate::measures::fewest_parts;
 use crate::plan::{CasePlan, EnginePlan, in_space};
 use crate::theory::flow;
 
-/// Number of standard errors by which a packing fraction must exceed the closest packing to be
-/// reported.
+/// Number of standard errors by which a packing fraction must exceed the closest packing before a
+/// warning is given.
 const SURE: f64 = 4.0;
 
-/// Row of a table of fields or profiles.
+/// Row of a table of fields or profiles, with access by column name.
 #[derive(Clone, Copy)]
 struct Row<'a> {
     table: &'a Table,
@@ -57,7 +58,7 @@ fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &BlockRange) -> Vec<R
     all.filter(wanted).collect()
 }
 
-/// Returns all verdicts on fields, the most important first. `views` are the fields of the engines.
+/// Decides all verdicts on fields, the most important first. `views` are the fields of the engines.
 pub(super) fn field_verdicts(
     plan: &CasePlan,
     counts: [usize; 2],
@@ -111,8 +112,8 @@ pub(super) fn field_verdicts(
     list
 }
 
-/// Number of independent parts of the runs behind the standard errors of an engine's density
-/// profiles.
+/// Returns the number of independent parts of the runs behind the standard errors of an engine's
+/// density profiles.
 fn density_parts(view: &View<'_>) -> usize {
     let along = |along| {
         let places = view.fields(None, along);
@@ -146,8 +147,8 @@ fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &BlockRange) -> V
     }
 }
 
-/// Warns of the position where an engine packs particles more closely than the closest packing;
-/// `None` without one.
+/// Creates the warning that an engine packs particles more closely than the closest packing, with
+/// the position; `None` if it does not.
 fn overcrowded(plan: &CasePlan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<VerdictText> {
     let closest = plan.closest_packing();
     let of = |species: &str| -> Vec<&Row<'_>> {
@@ -194,8 +195,8 @@ fn place_text(row: &Row<'_>) -> String {
     format!("{axis} = {}", judge::short(at))
 }
 
-/// Returns the verdict on the density profiles of two engines. An axis with a single cell is left
-/// out: the density of the whole box is fixed.
+/// Decides the verdict on the difference of the density profiles of two engines. An axis with a
+/// single cell is left out: the density of the whole box is fixed.
 fn profiles_agree(
     pair: [&str; 2],
     rows: &[Vec<Row<'_>>; 2],
@@ -223,7 +224,8 @@ fn profiles_agree(
     found.or_else(|| (places.len() > 2).then(|| judge::verdict_note(topic, unknown)))
 }
 
-/// Returns the verdict on the density profile of a settled column.
+/// Decides the verdict on the density profile of a column that has settled under gravity, against
+/// the barometric profile.
 fn barometric(
     plan: &CasePlan,
     engine: &EnginePlan,
@@ -242,7 +244,7 @@ fn barometric(
     judge::profiles(topic, words, &layers, parts, rule)
 }
 
-/// Returns the verdict on an elastic gas between walls of one temperature: its mean temperature,
+/// Decides the verdict on an elastic gas between walls of one temperature: its mean temperature,
 /// and its mean velocity along the first axis.
 fn walls(
     plan: &CasePlan,

@@ -1,4 +1,4 @@
-//! Quantities of particles in snapshots.
+//! Quantities of particles that snapshot files can contain, with their names and units.
 
 use serde::Deserialize;
 use stosszahl_model::{Particle, Particles};
@@ -23,7 +23,7 @@ pub enum ParticleQuantity {
     Weight,
 }
 
-/// Numbers of a quantity: one, or the components of a vector.
+/// Numbers of a quantity of one particle: a scalar, or the components of a vector.
 pub(super) enum Numbers {
     One([f64; 1]),
     Vector([f64; 3]),
@@ -48,7 +48,7 @@ impl ParticleQuantity {
         Self::Weight,
     ];
 
-    /// Name of the quantity in CSV.
+    /// Returns the name of the quantity in CSV files.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Velocity => "velocity",
@@ -60,12 +60,13 @@ impl ParticleQuantity {
         }
     }
 
-    /// Returns true for vectors.
+    /// Returns true if the quantity is a vector.
     pub(super) fn is_vector(self) -> bool {
         matches!(self, Self::Velocity | Self::AngularVelocity)
     }
 
-    /// Returns true unless all particles are alike in it, or it is always told.
+    /// Returns true if the quantity is written by default: particles differ in it, or it is always
+    /// written.
     fn tells(self, particles: &Particles) -> bool {
         let mut all = particles.all.iter();
         match self {
@@ -76,7 +77,7 @@ impl ParticleQuantity {
         }
     }
 
-    /// Numbers of a particle, in units of which one engine unit is `scale`.
+    /// Returns the quantity of a particle in other units; one engine unit is `scale` of them.
     pub(super) fn numbers(self, one: &Particle, scale: UnitScale) -> Numbers {
         let number = match self {
             Self::Velocity => return Numbers::Vector((one.velocity * scale.speed()).into()),
@@ -90,7 +91,8 @@ impl ParticleQuantity {
     }
 }
 
-/// Returns the quantities to write: those asked for, or those in which particles differ.
+/// Returns the quantities to write: the requested ones, or by default those in which particles
+/// differ.
 pub(super) fn written(
     asked: Option<&[ParticleQuantity]>,
     particles: &Particles,
