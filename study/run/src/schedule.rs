@@ -1,20 +1,21 @@
-//! Schedule of a run: sample times of all measures, and times of velocity rescaling.
+//! Schedule of an engine run: sample times of all measures, and times of velocity rescaling.
 
 use crate::measure::Measure;
 use crate::plan::CasePlan;
 
-/// Scheduled time of a run with everything that is due then.
+/// Scheduled event of an engine run: a time, and the samples and rescaling due at it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScheduledEvent {
-    /// Time, in the unit of time of the case.
+    /// Time of the event, in the unit of time of the case.
     pub time: f64,
-    /// True if velocities are rescaled, before anything is sampled.
+    /// True if velocities are rescaled at this time, before any sample.
     pub heating: bool,
-    /// Measures to sample, by their index among the measures of the case.
+    /// Measures that sample at this time, by their index among the measures of the case.
     pub measures: Vec<usize>,
 }
 
-/// All scheduled times in order. The last is the end of the run, with or without samples.
+/// Returns all scheduled events in order of time. The last is at the end of the run, with or
+/// without samples.
 pub fn schedule_events(plan: &CasePlan, measures: &[&dyn Measure]) -> Vec<ScheduledEvent> {
     let until = plan.case.run.until;
     let times = measures
@@ -28,7 +29,7 @@ pub fn schedule_events(plan: &CasePlan, measures: &[&dyn Measure]) -> Vec<Schedu
     merged(times, &heating, until)
 }
 
-/// Merges lists of times within the run.
+/// Merges the sample times of measures and the rescaling times, as far as they lie within the run.
 fn merged(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<ScheduledEvent> {
     let looks = measures.into_iter().enumerate();
     let mut all: Vec<(f64, Option<usize>)> = looks

@@ -1,4 +1,4 @@
-//! Gas from a start file: its box, its particles, and the changes that the plan makes to them.
+//! Gas from a start file: its box and particles, and the changes that the plan makes to them.
 
 use std::path::Path;
 
@@ -18,27 +18,29 @@ use super::free_volume::{free_volume, uncovered_volume};
 use super::gas::ResolvedGas;
 use super::species::SizedParticles;
 
-/// Largest overlap of a start that counts as rounding, over the mean diameter.
+/// Largest overlap of particles in a start file that counts as rounding, over the mean diameter.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
-/// Least temperature of a start file over the mean squared speed; below it is rounding.
+/// Smallest temperature of a start file over the mean squared speed; below it, thermal motion is
+/// rounding.
 const LEAST_WARMTH: f64 = 1e-24;
-/// Least drift over the thermal speed; below it is rounding.
+/// Smallest drift of a start file over the thermal speed; below it, the drift is rounding.
 const LEAST_DRIFT: f64 = 1e-12;
-/// Relative difference of two sides of a box that counts as rounding.
+/// Largest relative difference between sides of two boxes that counts as rounding.
 const SIDE_TOLERANCE: f64 = 1e-9;
-/// Relative rounding of numbers of single precision: half a unit of the last of 24 bits.
+/// Relative rounding error of single-precision numbers: half a unit of the last of 24 bits.
 const SINGLE_PRECISION: f64 = 1.0 / (1 << 24) as f64;
-/// Largest number of overlapping pairs that are moved apart.
+/// Largest number of overlapping pairs of a start file that are moved apart.
 const MOST_SEPARATIONS: usize = 10_000;
-/// Names of the axes.
+/// Names of the three axes in messages.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Creates an error about the key `start.file`.
+/// Creates an error about the content of the file of the key `start.file`.
 fn content(found: String, allowed: impl Into<String>) -> PlanError {
     PlanError::new("start.file", found, allowed)
 }
 
-/// Start file of a case, with its name and the changes that the plan makes to its particles.
+/// Start file of a case while it is converted, with the changes that the plan makes to its
+/// particles.
 struct Source<'a> {
     case: &'a Case,
     name: &'a str,
@@ -47,7 +49,7 @@ struct Source<'a> {
     changes: Vec<String>,
 }
 
-/// Reads the start file of a case.
+/// Reads the start file of a case and checks the kind of its particles.
 ///
 /// # Errors
 /// [`PlanError`] if it cannot be read, or is of particles of another kind.
@@ -66,7 +68,7 @@ fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
     Ok(source)
 }
 
-/// Creates a gas that is placed by a start file.
+/// Creates the gas of a case whose particles a start file places.
 pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<ResolvedGas, PlanError> {
     let mut source = source(case, folder)?;
     let dimension = case.gas.dimension as usize;
@@ -116,19 +118,19 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     })
 }
 
-/// Velocities of a start file for particles that are placed otherwise.
+/// Velocities of a start file for particles that are placed by the case.
 pub(super) struct Dealt {
     /// Particles of the gas, by species.
     pub(super) particles: SizedParticles,
     /// Velocities and spins in the order of species, in the units of the case.
     pub(super) file: StartFile,
-    /// Temperature, in the units of the case \[energy\].
+    /// Granular temperature of the velocities, in the units of the case \[energy\].
     pub(super) temperature: f64,
     /// Changes that the plan makes to the data of the file, one sentence each for the user.
     pub(super) changes: Vec<String>,
 }
 
-/// Reads the particles of a gas whose start file gives their velocities alone.
+/// Reads the particles of a case whose start file gives only their velocities.
 pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     let mut source = source(case, folder)?;
     let name = source.name;
@@ -168,7 +170,7 @@ pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     })
 }
 
-/// Mean of numbers; exact for equal numbers.
+/// Computes the mean of numbers, exactly for equal numbers.
 fn mean(values: &[f64]) -> f64 {
     match values {
         [first, rest @ ..] if rest.iter().all(|one| one == first) => *first,
@@ -176,7 +178,8 @@ fn mean(values: &[f64]) -> f64 {
     }
 }
 
-/// Converts the vectors of a start file to engine units; sizes are kept elsewhere.
+/// Converts positions, velocities and spins of a start file to engine units; radii and masses are
+/// stored elsewhere.
 pub(super) fn scaled(file: StartFile, scale: UnitScale) -> StartFile {
     let over = |list: Option<Vec<Vector3<f64>>>, unit: f64| {
         list.map(|all| all.into_iter().map(|one| one / unit).collect())
@@ -192,8 +195,8 @@ pub(super) fn scaled(file: StartFile, scale: UnitScale) -> StartFile {
 }
 
 impl Source<'_> {
-    /// Refuses particles of another dimension, and simulators that stand for several particles or
-    /// for less than one.
+    /// Checks that the file has particles of the right dimension, and no simulators of a weight
+    /// other than one.
     fn check_file(&self) -> Result<(), PlanError> {
         let (file, name) = (&self.file, self.name);
         if file.count() < 2 {
@@ -250,8 +253,8 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// Returns the sides of the box, if it is one of the case: periodic where the case has no
-    /// faces.
+    /// Returns the sides of the box in the file, after checking that sides and periodic axes agree
+    /// with the case.
     fn lengths(&mut self) -> Result<[f64; 3], PlanError> {
         let dimension = self.case.gas.dimension as usize;
         let found = self.file.lengths.unwrap_or_default();
@@ -303,8 +306,9 @@ impl Source<'_> {
         Ok(lengths)
     }
 
-    /// Displacement of the box above along x at the start, from 0 to the width of the box, in the
-    /// units of the case \[length\]: the tilt of the box. Refuses one that is not of a shear flow.
+    /// Returns the displacement of the periodic image above along x at the start, from the tilt of
+    /// the file's box, in the units of the case \[length\]. An error if the tilt is not that of a
+    /// shear flow.
     fn shear_offset(&mut self, width: f64) -> Result<f64, PlanError> {
         let (tilt, name) = (self.file.shear_offset, self.name);
         let offset = wrapped(tilt, width);
@@ -329,8 +333,8 @@ impl Source<'_> {
         Ok(offset)
     }
 
-    /// Moves particles into a box along its periodic axes, where the box above is displaced by
-    /// `shear_offset` along x; refuses particles beyond its other ends.
+    /// Moves particles into the box along its periodic axes; the periodic image above is displaced
+    /// by `shear_offset` along x. An error for particles outside along other axes.
     fn wrap(&mut self, lengths: [f64; 3], shear_offset: f64) -> Result<(), PlanError> {
         let dimension = self.case.gas.dimension as usize;
         let periodic = |axis: usize| *self.case.walls.face_at(axis, 0) == FaceSpec::default();
@@ -373,8 +377,8 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// Temperature of the start, in the units of the case \[energy\]. In a periodic box without
-    /// gravity and spin the drift is subtracted from the velocities.
+    /// Returns the granular temperature of the start, in the units of the case \[energy\]. In a
+    /// periodic box without gravity and spin, the drift is subtracted from the velocities.
     fn warmth(&mut self, masses: &[f64], temperature: f64) -> Result<f64, PlanError> {
         if self.case.start.velocities != VelocitiesSpec::FILE {
             return Ok(temperature);
@@ -417,7 +421,7 @@ impl Source<'_> {
         Ok(found)
     }
 
-    /// Notes that particles start without spin where neither file nor case gives one.
+    /// Adds the note that particles start without spin if neither file nor case gives one.
     fn tell_spins(&mut self) {
         let start = &self.case.start;
         let spins = self.case.gas.tangential_restitution.is_some();
@@ -430,7 +434,7 @@ impl Source<'_> {
         }
     }
 
-    /// Notes that the file has numbers of single precision.
+    /// Adds the note that the file has single-precision numbers.
     fn tell_precision(&mut self) {
         if self.file.is_single_precision {
             self.changes.push(format!(
@@ -440,7 +444,7 @@ impl Source<'_> {
         }
     }
 
-    /// Notes that units of the engine round the values of the file.
+    /// Adds the note that conversion to engine units rounds the values of the file.
     fn tell_units(&mut self, scale: UnitScale) {
         if scale.length != 1.0 || scale.mass != 1.0 || scale.energy != 1.0 {
             self.changes.push(format!(
@@ -453,7 +457,7 @@ impl Source<'_> {
 }
 
 impl CasePlan {
-    /// Box of disks as it is at the start of a shear flow.
+    /// Returns the box of disks at the start of a shear flow.
     fn box_of_start(&self) -> Result<Domain<Plane>, PlanError> {
         let domain = Confinement::<Plane>::from_plan(self)?.domain;
         // With a displacement of at most half the width, one image on each side is enough.
@@ -466,8 +470,8 @@ impl CasePlan {
             .map_err(|error| PlanError::new("box.shear_rate", error.found, error.allowed))
     }
 
-    /// Moves disks apart that overlap only by the rounding of a file of single precision, where
-    /// engines keep disks apart. Deeper overlaps are left, to be refused.
+    /// Moves disks apart that overlap only by the rounding of a single-precision file, if engines
+    /// require it. Deeper overlaps are left, and lead to an error later.
     pub(super) fn separate_rounded(&mut self) -> Result<(), PlanError> {
         let placed = self.case.start.placement == PlacementSpec::File;
         if self.dimension != 2 || !placed || !self.keeps_apart() {
@@ -515,8 +519,8 @@ impl CasePlan {
         Ok(())
     }
 
-    /// Refuses the particles of a start file that overlap each other, walls or bodies, where the
-    /// engines keep them apart.
+    /// Returns an error if particles of a start file overlap each other, walls or obstacles,
+    /// although an engine forbids it.
     pub(super) fn check_file(&self) -> Result<(), PlanError> {
         let positions = self.file.as_ref().and_then(|file| file.positions.as_ref());
         let (Some(positions), Some(name)) = (positions, &self.case.start.file) else {
