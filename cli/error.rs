@@ -27,7 +27,7 @@ pub enum CommandError {
     /// The report of a results folder cannot be built.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// The frontier cannot be measured.
+    /// The frontier of a case cannot be measured.
     #[error(transparent)]
     Frontier(#[from] FrontierError),
     /// The reproduction of a paper failed.
@@ -68,7 +68,7 @@ pub enum CommandError {
     /// A folder cannot be created or written into.
     #[error("{}: cannot be written: {source}", path.display())]
     Folder {
-        /// Path of the folder.
+        /// Path of the folder that cannot be created or written into.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
@@ -96,8 +96,8 @@ impl CommandError {
         self.exit_code() == STOPPED
     }
 
-    /// Returns the exit code: 2 for refused input, [`STOPPED`] for an interrupt, 1 for a failed
-    /// run.
+    /// Returns the exit code of the error: 2 for refused input, [`STOPPED`] for an interrupt, 1 for
+    /// a failed run.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Run(error) if error.is_interruption() => STOPPED,

@@ -1,4 +1,4 @@
-//! Granular gases, exact and by Monte Carlo: the root of the library.
+//! Root of the library: granular gases, by exact event-driven dynamics and by Monte Carlo.
 //!
 //! [`prelude`] has the items that a custom program needs. The physics lives in the crates that are
 //! re-exported here: [`model`] (parts that all engines share), [`ed`] (exact event-driven disks),

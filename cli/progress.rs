@@ -1,4 +1,4 @@
-//! Progress of long work on standard error: bars on a terminal, plain lines elsewhere.
+//! Progress display of long work on standard error: bars on a terminal, plain lines elsewhere.
 
 use std::io::{IsTerminal, Write as _};
 use std::sync::{Mutex, PoisonError};
@@ -39,7 +39,7 @@ impl Default for Display {
 }
 
 impl Display {
-    /// Creates a display that shows progress on standard error.
+    /// Creates a progress display on standard error.
     pub fn new() -> Self {
         Self {
             shows: true,
@@ -48,7 +48,7 @@ impl Display {
         }
     }
 
-    /// Creates a display that shows nothing.
+    /// Creates a progress display that shows nothing.
     pub fn silent() -> Self {
         Self {
             shows: false,

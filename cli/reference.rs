@@ -1,5 +1,5 @@
-//! Generated pages of the book: the keys of cases from their schema, the columns of tables from the
-//! manifests of finished runs.
+//! Generated documentation pages: the keys of cases from their schema, the columns of tables from
+//! the manifests of finished runs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -202,8 +202,8 @@ fn meaning(schema: &Value) -> String {
         .unwrap_or_default()
 }
 
-/// Merges the tables of a section that have equal rows: they are written once, for `NAME`. Returns
-/// all rows, and the merged names.
+/// Merges the key tables of a section that have equal rows: they are written once, for `NAME`.
+/// Returns all rows, and the merged names.
 fn gathered(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
     let name = |row: &Row| -> Option<String> {
         let rest = row.key.strip_prefix(section)?.strip_prefix('.')?;

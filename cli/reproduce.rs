@@ -1,4 +1,4 @@
-//! `stosszahl reproduce`: papers, their figures, and verdicts on their claims.
+//! The command `reproduce`: papers, their figures, and verdicts on their claims.
 
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ fn bundled_paper(one: Bundled) -> Result<PaperFile, CommandError> {
     Ok(PaperFile::from_text(&path, one.text)?)
 }
 
-/// Reproduces a paper, or lists the papers.
+/// Reproduces the figures and claims of a paper, or lists the bundled papers.
 ///
 /// # Errors
 /// [`CommandError`] of the paper, its cases, its runs, or its page.

@@ -1,5 +1,5 @@
 //! The commands `run`, alone and shared by several processes (`--join`, `--part`), and `merge`,
-//! with their output.
+//! with what they print.
 
 use std::path::Path;
 use std::time::Duration;

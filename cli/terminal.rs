@@ -97,7 +97,7 @@ fn end_soon(interrupt: &Interrupt, said: &str, code: u8) {
     process::exit(code.into());
 }
 
-/// Time limit of a run.
+/// Time limit of a run, `--stop-after`: a flag that a timer sets.
 pub struct TimeLimit(Arc<AtomicBool>);
 
 impl TimeLimit {

@@ -1,5 +1,5 @@
-//! Accuracy of a method: bias and noise, the error of several runs, and how many runs meet a
-//! target.
+//! Accuracy of a method, from repeated runs and a reference: systematic and statistical error, the
+//! total error of several runs, and how many runs meet a target.
 //!
 //! A setting of a method is repeated with independent seeds. The mean of its values less a
 //! reference is its systematic error b, which more runs do not lower; their spread s is the
@@ -33,8 +33,8 @@ pub struct Known {
     pub standard_error: f64,
 }
 
-/// Measured systematic and statistical error of one setting of a method, such as a time step or a
-/// cell size, from repeated runs and a reference value.
+/// Measured accuracy of a method at one setting, such as a time step or a cell size: systematic and
+/// statistical error from repeated runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettingAccuracy {
     /// Mean of the measured values, in the unit of the measurement.
@@ -158,9 +158,9 @@ impl SettingAccuracy {
         [0, 1].map(|end: usize| bias[end].hypot(noise[end] / (runs as f64).sqrt()))
     }
 
-    /// Error that the mean of `runs` new runs exceeds with a chance of 1 % at most, over the unit:
-    /// magnitude of the systematic error, plus Student's quantile times the uncertainty of it and
-    /// of the mean.
+    /// Computes the error that the mean of `runs` new runs exceeds with a probability of 1 % at
+    /// most, divided by the unit of the caller. It is the magnitude of the systematic error, plus
+    /// Student's quantile times its uncertainty and that of the mean.
     pub fn assured(&self, runs: u64) -> f64 {
         let noise = self.statistical / (runs as f64).sqrt();
         self.systematic.abs() + self.quantiles.assured * self.systematic_error.hypot(noise)

@@ -35,7 +35,7 @@ pub enum ComparisonVerdict {
     /// a is lower than b: the whole interval of the difference lies below minus
     /// [`VerdictRule::differ_beyond`].
     Lower,
-    /// Neither agreement nor difference is shown, or the interval is unknown.
+    /// Neither agreement nor a difference can be shown, or the interval is unknown.
     Undecided,
 }
 
@@ -62,7 +62,7 @@ pub struct VerdictRule {
     /// Error probability of a comparison: that any of its intervals, at any time, misses the true
     /// value.
     pub level: f64,
-    /// Largest difference that counts as agreement, in the unit of the difference.
+    /// Margin: largest difference that counts as agreement, in the unit of the difference.
     pub margin: f64,
     /// Distance from zero beyond which an interval shows a difference: zero, or the margin.
     pub differ_beyond: f64,
@@ -89,11 +89,11 @@ impl VerdictRule {
 /// quantities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Estimate of the difference.
+    /// Estimated difference.
     pub value: f64,
-    /// Standard error of the estimate; `None` if unknown.
+    /// Standard error of the estimated difference; `None` if unknown.
     pub standard_error: Option<f64>,
-    /// Degrees of freedom of the standard error; `None` where it is known without replicas.
+    /// Degrees of freedom of the standard error; `None` if the error is known without replicas.
     pub degrees_of_freedom: Option<usize>,
     /// Lower and upper end of the confidence interval; `None` without a standard error, or without
     /// degrees of freedom.
@@ -101,7 +101,8 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// Student's interval at a level; a normal one where the error is known without replicas.
+    /// Creates Student's confidence interval at the error probability `level`; a normal one if the
+    /// error is known without replicas.
     ///
     /// ```
     /// use stosszahl_analysis::compare::{Interval, VerdictRule, ComparisonVerdict};

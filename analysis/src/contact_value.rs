@@ -65,12 +65,14 @@ pub const CUT: f64 = 0.4;
 pub struct Flux {
     /// Number of physical collisions, each counted with the weight of its simulators.
     pub collisions: f64,
-    /// Sum of `sqrt(2 π μ)/d^(D-1)`: collisions over the mean approach speed of a Maxwellian.
+    /// Sum of `sqrt(2 π μ)/d^(D-1)` over the collisions: the inverse mean approach speed of a
+    /// Maxwellian for each collision.
     pub rate: f64,
-    /// Sum of the thermal speed `sqrt(T)` over `g d^(D-1)`, before contact.
+    /// Sum over the collisions of the thermal speed `sqrt(T)` over `g d^(D-1)`, g being the normal
+    /// speed before contact.
     pub approaching: f64,
-    /// Sum of the thermal speed `sqrt(T)` over `g' d^(D-1)`, after contact; infinite if a pair
-    /// does not separate.
+    /// Sum over the collisions of the thermal speed `sqrt(T)` over `g' d^(D-1)`, g' being the
+    /// normal speed after contact. Infinite if a pair does not separate.
     pub separating: f64,
 }
 
@@ -117,7 +119,8 @@ fn inverse(speed: f64, cut: f64) -> f64 {
 pub struct FluxWindow {
     /// Start and end of the window \[time\], the end not included.
     pub span: [f64; 2],
-    /// Integral of `sqrt(T)` over the part of the window that has passed.
+    /// Integral over time of the thermal speed `sqrt(T)`, over the part of the window that has
+    /// passed.
     pub exposure: f64,
     /// Sums for each pair of species, in the order of [`pair_index`]; pairs that are missing at the
     /// end have not collided.
@@ -169,7 +172,8 @@ impl FluxWindow {
     }
 }
 
-/// Position of a pair of species in a list of all pairs: (0, 0), (0, 1), (1, 1), (0, 2), ...
+/// Returns the position of a pair of species in a list of all pairs: (0, 0), (0, 1), (1, 1), (0,
+/// 2), ...
 ///
 /// ```
 /// use stosszahl_analysis::contact_value::pair_index;
@@ -187,7 +191,8 @@ pub fn number_of_pairs(like: bool, [a, b]: [f64; 2], weight: f64) -> f64 {
     if like { 0.5 * a * (a - weight) } else { a * b }
 }
 
-/// Factor (1 + r)/(2 r) by which g(d+) exceeds χ; infinite for r = 0.
+/// Returns the factor (1 + r)/(2 r) by which g(d+) exceeds the contact value χ, for restitution r;
+/// infinite for r = 0.
 ///
 /// ```
 /// use stosszahl_analysis::contact_value::separation_factor;
@@ -198,8 +203,9 @@ pub fn separation_factor(restitution: f64) -> f64 {
     (1.0 + restitution) / (2.0 * restitution)
 }
 
-/// Leading term of g(d + s)/χ - g(d+)/χ next to contact under molecular chaos, at the gap s/d:
-/// `-(1/r² - 1)/π sqrt(2 s/d)` in the plane, `-(1/r² - 1)/2 sqrt(2 s/d)` in space.
+/// Computes the cusp of the pair correlation next to contact: the leading term of g(d + s)/χ -
+/// g(d+)/χ under molecular chaos at the gap s/d. It is `-(1/r² - 1)/π sqrt(2 s/d)` in the plane,
+/// `-(1/r² - 1)/2 sqrt(2 s/d)` in space.
 ///
 /// A pair with the radial speed v and the tangential speed u has touched if v > u sqrt(2 s/d). The
 /// pairs that have not lack the factor 1/r² of the density of slow separating pairs.
@@ -212,7 +218,7 @@ pub fn cusp(dimension: usize, restitution: f64, gap: f64) -> f64 {
 /// value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactFlux {
-    /// Sums of each time window; windows may overlap.
+    /// Collision sums of each time window; windows may overlap.
     pub windows: Vec<FluxWindow>,
     dimension: usize,
     number: f64,

@@ -39,7 +39,7 @@ use history::{History, Past};
 use pairs::each_pair;
 pub use sums::{Acquaintance, ContactSums, MetSums, Products};
 
-/// Mean number of disks in a cell, over which local flow and temperature are taken.
+/// Mean number of disks in a cell for the local flow and temperature.
 pub const LOCAL: f64 = 24.0;
 /// Largest centre distance of pairs that count as near contact, over their contact distance.
 pub const NEAR: f64 = 1.1;
@@ -50,8 +50,8 @@ pub const DISTANCES: usize = 8;
 /// Orders p of the moments `<g^p>` of the normal relative speed g of colliding pairs.
 pub const ORDERS: [i32; 4] = [-1, 1, 2, 3];
 
-/// Moment `<g^p>` of the normal relative speed of colliding pairs under molecular chaos,
-/// `(2 T/μ)^(p/2) Γ(1 + p/2)`.
+/// Computes the moment `<g^p>` of the normal relative speed of colliding pairs under molecular
+/// chaos, `(2 T/μ)^(p/2) Γ(1 + p/2)`.
 ///
 /// ```
 /// use stosszahl_analysis::contacts::moment_of_chaos;
@@ -72,7 +72,7 @@ fn bias(power: f64, freedom: f64) -> f64 {
     (ln_gamma(half + power) - ln_gamma(half) - power * half.ln()).exp()
 }
 
-/// Local flow and temperature of a gas, in cells of its box.
+/// Local flow and temperature of a gas, fitted in the cells of a grid.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Local {
     cells: [usize; 3],
@@ -200,7 +200,7 @@ impl Local {
 /// Observer of contact statistics of colliding pairs in time windows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactObserver {
-    /// Start and end of each window \[time\], the end not included, with its sums.
+    /// Time windows with their contact sums: start and end \[time\], the end not included.
     pub windows: Vec<([f64; 2], ContactSums)>,
     dimension: usize,
     number: f64,
@@ -315,7 +315,7 @@ impl ContactObserver {
         }
     }
 
-    /// Number of particles of the gas: the sum of the weights.
+    /// Returns the number of particles of the gas: the sum of the weights of simulators.
     pub fn particles(&self) -> f64 {
         self.number
     }

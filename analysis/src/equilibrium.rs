@@ -15,7 +15,7 @@ use crate::modes::Modes;
 use crate::statistics::uniform_test;
 use crate::structure_factor::bragg_peaks;
 
-/// Probability with which each test fails an equilibrated gas.
+/// Probability with which each test of equilibration fails a gas in equilibrium.
 pub const FALSE_ALARM: f64 = 1e-3;
 
 /// Outcome of one test of equilibration.
@@ -23,13 +23,12 @@ pub const FALSE_ALARM: f64 = 1e-3;
 pub struct EquilibriumTest {
     /// Name of the equilibration test.
     pub name: String,
-    /// Test statistic: chi-squared, or a ratio of means; NaN where the sample is too small.
+    /// Test statistic: chi-squared, or a ratio of means; NaN if the sample is too small.
     pub statistic: f64,
-    /// Probability of a statistic at least so extreme in an equilibrated gas; `None` where it is
-    /// unknown.
+    /// Probability of a statistic at least so extreme in equilibrium; `None` if it is unknown.
     pub p_value: Option<f64>,
-    /// True if the gas passed; `None` where the sample is too small to decide, or the test does not
-    /// apply.
+    /// True if the gas passed the test; `None` if the sample is too small to decide, or the test
+    /// does not apply.
     pub passed: Option<bool>,
     /// Result of the test as a sentence, with its numbers.
     pub detail: String,
@@ -67,8 +66,8 @@ pub fn impact_uniform(bins: &[u64]) -> EquilibriumTest {
     }
 }
 
-/// Tests Bragg peaks of the lattice `reciprocal` against wave vectors of about the same length in
-/// other directions.
+/// Tests whether the lattice of the start has melted: Bragg peaks at `reciprocal` against wave
+/// vectors of about equal length in other directions.
 ///
 /// In a fluid S at a wave vector is exponentially distributed around the mean of its ring, so the
 /// ratio of the two means follows the F distribution with (2 m, 2 M) degrees of freedom.

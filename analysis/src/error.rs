@@ -5,7 +5,7 @@ use nalgebra::{SVector, Vector3};
 use serde::{Deserialize, Serialize};
 use stosszahl_model::InvalidValue;
 
-/// Error of a measurement or a test, with the numbers that it refused.
+/// Error of a measurement or statistical test with invalid input.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -77,7 +77,7 @@ pub enum Error {
     /// A measurement has too few points.
     #[error("{found} points; at least {needed} are needed")]
     PointsTooFew {
-        /// Number of points found.
+        /// Number of points of the measurement.
         found: usize,
         /// Smallest number of points needed.
         needed: usize,
@@ -98,7 +98,7 @@ pub enum Error {
     RangeInvalid {
         /// Requested range of distances \[length\].
         found: f64,
-        /// Largest range allowed \[length\].
+        /// Largest range allowed: half the shortest side of the box \[length\].
         allowed: f64,
     },
     /// A pair of reciprocal indices is zero or too large for a Fourier mode.

@@ -24,7 +24,7 @@ use stosszahl_model::sum::SparseSums;
 use crate::Error;
 use crate::time_average::TimeErrors;
 
-/// Grid over the first two axes of a box; cells extend over the whole third axis.
+/// Grid of cells over the first two axes of a box; cells extend over the whole third axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FieldGrid {
     lengths: [f64; 2],
@@ -33,7 +33,8 @@ pub struct FieldGrid {
 }
 
 impl FieldGrid {
-    /// Creates `counts` cells along the sides `lengths` of a box of a `depth` (1 in the plane).
+    /// Creates a grid of `counts` cells along the sides `lengths` of a box of a `depth` (1 in the
+    /// plane).
     ///
     /// # Errors
     /// [`Error::Invalid`] unless all are positive and finite.
@@ -52,12 +53,12 @@ impl FieldGrid {
         })
     }
 
-    /// Number of cells along each axis.
+    /// Returns the number of cells along each axis.
     pub fn counts(&self) -> [usize; 2] {
         self.counts
     }
 
-    /// Number of cells.
+    /// Returns the number of cells of the grid.
     pub fn cells(&self) -> usize {
         self.counts[0] * self.counts[1]
     }
@@ -67,7 +68,7 @@ impl FieldGrid {
         [0, 1].map(|axis| self.lengths[axis] / self.counts[axis] as f64)
     }
 
-    /// Area of a cell times the depth of the box \[length^D\].
+    /// Returns the volume of a cell: its area times the depth of the box \[length^D\].
     pub fn cell_volume(&self) -> f64 {
         let [x, y] = self.width();
         x * y * self.depth
@@ -97,15 +98,15 @@ impl FieldGrid {
 /// Particle as seen by the field sums: position, velocity, mass, rotational energy and weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
-    /// Position along the first two axes \[length\].
+    /// Position of the particle along the first two axes \[length\].
     pub position: [f64; 2],
-    /// Velocity \[length/time\]; zero beyond the dimension.
+    /// Velocity of the particle \[length/time\]; zero beyond the dimension.
     pub velocity: [f64; 3],
     /// Mass of the particle \[mass\].
     pub mass: f64,
-    /// Twice the energy of rotation, I w^2 \[energy\].
+    /// Twice the rotational energy of the particle, I w^2 \[energy\].
     pub twice_spin_energy: f64,
-    /// Number of particles that a simulator stands for.
+    /// Weight: number of particles of the gas that the particle stands for.
     pub weight: f64,
 }
 
@@ -206,9 +207,9 @@ impl FieldSample {
 /// Degrees of freedom of a particle: numbers of velocity and spin components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Freedom {
-    /// Number of components of a velocity.
+    /// Number of velocity components.
     pub dimension: usize,
-    /// Number of components of a spin; 0 for smooth particles.
+    /// Number of spin components; 0 for smooth particles.
     pub rotations: usize,
 }
 
@@ -217,14 +218,14 @@ pub struct Freedom {
 pub struct Values {
     /// Number density: particles per free volume (area in the plane) \[1/length^D\].
     pub number_density: f64,
-    /// Mean velocity, weighted with the masses \[length/time\].
+    /// Mean velocity of the cell, weighted with the masses \[length/time\].
     pub velocity: [f64; 3],
     /// Translational temperature, m <(v - u)^2>/D \[energy\].
     pub temperature: f64,
     /// Temperature of rotation, I <w^2> over the number of spin components \[energy\]; the mean
     /// spin is part of it.
     pub spin_temperature: f64,
-    /// Pressure: n T + (momentum carried by collisions)/(D V) \[energy/length^D\].
+    /// Pressure of the cell: n T + (momentum transferred in collisions)/(D V) \[energy/length^D\].
     pub pressure: f64,
     /// Collisions per particle and time \[1/time\].
     pub collision_rate: f64,
@@ -284,9 +285,9 @@ pub struct FieldAverages {
 pub enum CellAveraging {
     /// Every cell is a set of its own.
     Cells,
-    /// All cells with the same first coordinate: a profile along x.
+    /// Profile along x: all cells with equal first coordinate are a set.
     X,
-    /// All cells with the same second coordinate: a profile along y.
+    /// Profile along y: all cells with equal second coordinate are a set.
     Y,
 }
 
@@ -315,12 +316,12 @@ impl FieldSums {
         &self.grid
     }
 
-    /// Number of species with sums of their own.
+    /// Returns the number of species with sums of their own.
     pub fn species(&self) -> usize {
         self.species
     }
 
-    /// Number of time blocks.
+    /// Returns the number of time blocks.
     pub fn blocks(&self) -> usize {
         self.samples.len()
     }
@@ -391,17 +392,17 @@ impl FieldSums {
     }
 }
 
-/// Averages of fields over the replicas of one run and a window of time.
+/// Averages of fields over replicas and a time window.
 #[derive(Clone, Debug)]
 pub struct ParticleAverages<'a> {
     /// Sums of each replica of the run.
     pub replicas: &'a [&'a FieldSums],
     /// Index range of the time blocks in the window.
     pub blocks: Range<usize>,
-    /// Number of components of velocity and spin.
+    /// Numbers of velocity and spin components of the particles.
     pub freedom: Freedom,
-    /// Share of each cell in which centres of particles can be: densities are per free volume.
-    /// Empty if all of every cell is free.
+    /// Free share of each cell, in which centres of particles can be; densities are per free
+    /// volume. Empty if all cells are free.
     pub free_shares: &'a [f64],
 }
 

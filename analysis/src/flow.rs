@@ -1,4 +1,4 @@
-//! Mean flow of the species of a gas, and their thermal energy relative to it, by sums over its
+//! Mean flow of each species of a gas, and thermal energy relative to it, by reductions over its
 //! particles.
 
 use nalgebra::Vector3;

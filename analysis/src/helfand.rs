@@ -1,5 +1,5 @@
-//! Transport coefficients of an elastic gas of equal disks in equilibrium, by the moments of
-//! Einstein and Helfand.
+//! Transport coefficients of elastic disks in equilibrium, by Einstein-Helfand moments and
+//! Green-Kubo correlations of the fluxes.
 //!
 //! A flux J(t) whose integral over a lag is G has the coefficient
 //!
@@ -61,7 +61,7 @@ struct Sums {
     squares: [[f64; 3]; FLUXES],
     /// Sum over the time origins of the collisional change of the pressure flux.
     pressure: f64,
-    /// Sum of the squared displacements of all disks \[length^2\].
+    /// Sum of the squared displacements of disks over the lag \[length^2\].
     displacements: f64,
     /// Number of displacements that were summed, over all disks and time origins.
     disks: f64,
@@ -74,13 +74,14 @@ struct Sums {
     steps: f64,
 }
 
-/// Correlations of fluxes at one lag; their integral over the lag is the coefficient.
+/// Flux correlations at one lag (Green-Kubo); the integral of each over the lag is a transport
+/// coefficient.
 ///
 /// Units are those of [`HelfandMoments`] without the lag, over a time. The first correlations, at
 /// lag zero, are of bins with themselves and count half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correlations {
-    /// Lag \[time\].
+    /// Lag of the correlations \[time\].
     pub lag: f64,
     /// Velocity autocorrelation: its integral over the lag is the self-diffusion coefficient.
     pub diffusion: f64,
@@ -96,9 +97,9 @@ pub struct Correlations {
 /// [`Helfand::moments`] has the units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HelfandMoments {
-    /// Lag \[time\].
+    /// Lag of the moments \[time\].
     pub lag: f64,
-    /// Moment of displacements, for the self-diffusion coefficient.
+    /// Moment of the displacements: its slope in the lag is the self-diffusion coefficient.
     pub diffusion: f64,
     /// Moments of the shear stress: kinetic, mixed and collisional part. The slope of their sum is
     /// the shear viscosity.
@@ -117,7 +118,8 @@ struct Disk {
     /// Displacement of the disk since the beginning of the current lag, up to the time `since`
     /// \[length\].
     moved: Vector2<f64>,
-    /// Time of the last collision of the disk, or of the beginning of the lag.
+    /// Time up to which `moved` is computed: that of the last collision of the disk, or the
+    /// beginning of the lag.
     since: f64,
     /// Displacement of the disk in the first bin of the current lag \[length\].
     first: Vector2<f64>,
@@ -163,8 +165,8 @@ impl Helfand {
     /// Memory needed for each disk \[bytes\].
     pub const BYTES_PER_DISK: usize = size_of::<Disk>();
 
-    /// Creates sums that begin at the time `start`, with the velocities of all disks of one mass in
-    /// a box of some area; lags reach over `bins` bins of the duration `bin`.
+    /// Creates sums for disks of one mass in a box of a given area, from the time `start` with the
+    /// velocities of all disks. Lags reach over `bins` bins of the duration `bin`.
     pub fn new(
         start: f64,
         velocities: impl IntoIterator<Item = Vector2<f64>>,
@@ -362,10 +364,10 @@ impl Helfand {
         reached.map(one).collect()
     }
 
-    /// Returns the moments by lag, in units of which mass m and temperature T of the gas are one:
-    /// with the unit d of lengths, lags come in d sqrt(m/T), diffusion in d sqrt(T/m), viscosities
-    /// in sqrt(m T)/d, conductivity in sqrt(T/m)/d, each times a lag. Lags that no bin has reached
-    /// are left out.
+    /// Computes the Helfand moments by lag, in units of which mass m and temperature T of the gas
+    /// are one. With the unit d of lengths, lags come in d sqrt(m/T), diffusion in d sqrt(T/m),
+    /// viscosities in sqrt(m T)/d, conductivity in sqrt(T/m)/d, each times a lag. Lags that no bin
+    /// has reached are left out.
     pub fn moments(&self) -> Vec<HelfandMoments> {
         let speed = (self.temperature / self.mass).sqrt();
         let run = self.now - self.start;

@@ -44,14 +44,14 @@ impl ImpactParameters {
         self.bins.iter().map(|&count| count as f64 / each).collect()
     }
 
-    /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2), s = 12 (`<u>` - 1/2): positive
-    /// where grazing collisions are in excess. `None` without collisions.
+    /// Computes the slope s of the least-squares line P(u) = 1 + s (u - 1/2), s = 12 (`<u>` - 1/2):
+    /// positive where grazing collisions are in excess. `None` without collisions.
     pub fn slope(&self) -> Option<f64> {
         (self.collisions > 0).then(|| 12.0 * (self.sum / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] if collisions are independent; collisions of one clustered
-    /// gas are not.
+    /// Computes the standard error that [`Self::slope`] has if collisions are independent;
+    /// collisions of one clustered gas are not.
     pub fn slope_error(&self) -> Option<f64> {
         let count = self.collisions as f64;
         let mean = self.sum / count;

@@ -1,4 +1,4 @@
-//! Density and velocity fluctuations of single Fourier modes: exact sums, for the noise of a gas
+//! Density and velocity amplitudes of single Fourier modes by direct sums, for the noise of a gas
 //! and the growth or decay of its shear waves.
 //!
 //! For N points with velocities `v_j` and the wave vector k of the periodic box, the amplitudes are
@@ -40,7 +40,7 @@ const BLOCK: usize = 64;
 /// Number of partial sums, for SIMD, within a block of points.
 const LANES: usize = 8;
 
-/// Amplitudes of one mode, each a sum over the points.
+/// Density and velocity amplitudes of one Fourier mode, sums over the points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Amplitude {
     /// Density amplitude Σ exp(-i k · r): real and imaginary part.
@@ -53,7 +53,7 @@ pub struct Amplitude {
     pub transverse: [f64; 2],
 }
 
-/// Squared amplitudes of one mode over the number of points.
+/// Squared density and velocity amplitudes of one Fourier mode, over the number of points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Power {
     /// Structure factor S(k) = |rho|²/N of the points. Times the weight of a point, this is S(k) of
@@ -90,8 +90,8 @@ pub(crate) fn wave_vector(lengths: [f64; 2], index: [i32; 2]) -> Vector2<f64> {
     ]
 }
 
-/// Mean squared amplitude of either velocity component of one mode in thermal equilibrium, over N
-/// times the temperature `Σ v²/(2 N)`: `1 + (1 - S(k))/(N - 1)`.
+/// Computes the expected squared amplitude of either velocity component of one mode in thermal
+/// equilibrium, over N times the temperature `Σ v²/(2 N)`: `1 + (1 - S(k))/(N - 1)`.
 ///
 /// With the total momentum fixed at zero, two velocities have the covariance -T/(N - 1) per
 /// component, and the pairs of a mode sum to `N S(k) - N`.
@@ -99,7 +99,7 @@ pub fn equilibrium_energy(points: usize, structure_factor: f64) -> f64 {
     1.0 + (1.0 - structure_factor) / points.saturating_sub(1).max(1) as f64
 }
 
-/// Chosen Fourier modes of a periodic box.
+/// Set of Fourier modes of a periodic box, given by their reciprocal indices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     lengths: [f64; 2],
@@ -137,8 +137,8 @@ impl Modes {
     }
 
     /// Returns the modes with wave numbers |k| from `range[0]` up to but not including `range[1]`
-    /// \[1/length\], one of each pair ±k, at most `most` of them: at equal steps in the order of
-    /// their indices if there are more.
+    /// \[1/length\], one of each pair ±k. Of more than `most` modes, modes at equal steps in the
+    /// order of their indices are taken.
     ///
     /// # Errors
     /// As [`Modes::new`].
@@ -165,7 +165,7 @@ impl Modes {
         &self.indices
     }
 
-    /// Magnitude |k| of each mode \[1/length\].
+    /// Returns the wave number |k| of each mode \[1/length\].
     pub fn wave_numbers(&self) -> impl Iterator<Item = f64> + '_ {
         let lengths = self.lengths;
         self.indices
@@ -204,8 +204,8 @@ impl Modes {
         Ok(sums)
     }
 
-    /// Computes the amplitudes of all modes, in their order. Velocities beyond the number of
-    /// positions are ignored, and missing ones are zero.
+    /// Computes density and velocity amplitudes of all modes, in their order. Velocities beyond the
+    /// number of positions are ignored, and missing ones are zero.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -279,8 +279,7 @@ impl Amplitudes {
         }
     }
 
-    /// Returns the number of points, and for each mode the sums of all weights, one after the
-    /// other.
+    /// Returns the number of points, and for each mode the sum of each weight, one after the other.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -402,9 +401,9 @@ fn add_block<const W: usize>(
     }
 }
 
-/// Returns changes of velocity that add to a gas one shear wave for each given mode: `amplitude t
+/// Computes velocity changes that add one shear wave for each given mode to a gas: `amplitude t
 /// cos(k · r)` with t across k as in [`Amplitude`]. The transverse amplitude of that mode grows by
-/// `amplitude N/2` in its real part, but for correlations of the positions.
+/// `amplitude N/2` in its real part, except for correlations of the positions.
 ///
 /// # Errors
 /// [`Error::PositionInvalid`], [`Error::PointsTooFew`].

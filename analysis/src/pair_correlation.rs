@@ -1,5 +1,5 @@
-//! The pair correlation function: the number of neighbours at a distance, relative to independent
-//! points.
+//! Pair correlation function g(r): the number of neighbours at a distance over that of independent
+//! points, by cell lists.
 //!
 //! g(r) is the number of pairs found at distance r over the number expected of as many independent
 //! points:
@@ -176,9 +176,9 @@ fn correlation(
     }
 }
 
-/// Pairs of a gas, strip by strip of its box
-/// ([`stosszahl_model::Simulation::reduce_neighbourhoods`]): neighbours of chosen centres among the
-/// particles in and near the strip.
+/// Reduction that counts the pairs of a gas by distance, strip by strip of its box
+/// ([`stosszahl_model::Simulation::reduce_neighbourhoods`]). Neighbours of chosen centres are
+/// counted among the particles in and near the strip.
 ///
 /// Where particles stand for less than one of the gas, only as many of them are centres as there
 /// are particles of the gas, chosen by a hash of their positions. Then m simulators per particle
@@ -328,7 +328,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Measures without an interrupt.
+    /// Measures the pair correlation of points without an interrupt, for tests.
     fn measure<const D: usize>(
         positions: &[SVector<f64, D>],
         lengths: [f64; D],
@@ -340,7 +340,7 @@ mod tests {
         super::measure(positions, lengths, diameter, range, bins, &never)
     }
 
-    /// Counts all pairs, one by one.
+    /// Counts all pairs of points by distance, one by one, as a reference for tests.
     fn all_pairs<const D: usize>(
         positions: &[SVector<f64, D>],
         lengths: [f64; D],
@@ -390,7 +390,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(31), failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Cells and all pairs count the same, exactly.
+        /// Tests that cell lists and a loop over all pairs count the same pairs, exactly.
         #[test]
         fn cells_match_all_pairs(
             fractions in prop::collection::vec((coordinate(), coordinate()), 2..120),
@@ -426,9 +426,9 @@ mod tests {
         }
     }
 
-    /// In space cells and all pairs count the same, and independent points have g near 1: of 2000
-    /// points, 20 bins, the outer ones hold thousands of pairs, of which four errors of counting
-    /// are allowed.
+    /// Tests in space that cell lists and a loop over all pairs count the same pairs, and that
+    /// independent points have g near 1. Of 2000 points, 20 bins, the outer ones hold thousands of
+    /// pairs, of which four errors of counting are allowed.
     #[test]
     fn cells_match_all_pairs_in_space() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(34);
@@ -449,8 +449,8 @@ mod tests {
         }
     }
 
-    /// Measures in three uneven strips, each counted by another sum that sees all other points as
-    /// near.
+    /// Measures g(r) with the points cut into three uneven strips, each counted by another sum that
+    /// sees all other points as near.
     fn in_strips(positions: &[Vector3<f64>], lengths: [f64; 3], range: f64) -> PairCorrelation {
         let empty = || PairCounts::new(&lengths, range, 20, &Interrupt::default()).unwrap();
         let mut all = empty();
@@ -473,7 +473,7 @@ mod tests {
         all.correlation(1.0).unwrap()
     }
 
-    /// Measures g(r) by [`PairCounts`] of points that stand for less than a particle each.
+    /// Measures g(r) by [`PairCounts`] of simulators that stand for less than a particle each.
     fn of_weight(
         positions: &[Vector3<f64>],
         lengths: &[f64],
@@ -493,8 +493,8 @@ mod tests {
         pairs
     }
 
-    /// The neighbours of some points, half of all in a cluster, against all pairs of each of them,
-    /// exactly.
+    /// Tests the neighbours of some centres, half of all points in a cluster, against a loop over
+    /// all their pairs, exactly.
     #[test]
     fn centres_meet_all_their_neighbours() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(35);
@@ -532,7 +532,8 @@ mod tests {
         }
     }
 
-    /// Boxes far narrower than a cell, or whose area is no number: cells are no more than points.
+    /// Tests boxes far narrower than a cell, or whose area is no number: there are no more cells
+    /// than points.
     #[test]
     fn cells_are_few_in_every_box() {
         for (lengths, range) in [
@@ -583,9 +584,9 @@ mod tests {
         assert!((wide.bins[0].r_over_d - 1.0 / 6.0).abs() < 1e-15);
     }
 
-    /// Independent points have g = 1 with the pairs normalised by N - 1. Forty bins at z = 4 raise
-    /// a false alarm for one seed in 400. With N in place of N - 1, ten points would be off by 0.1,
-    /// which errors below 0.025 show at z = 4; many points must agree to 0.02.
+    /// Tests that independent points have g = 1, with pairs normalised by N - 1. Forty bins at z =
+    /// 4 raise a false alarm for one seed in 400. With N in place of N - 1, ten points would be off
+    /// by 0.1, which errors below 0.025 show at z = 4; many points must agree to 0.02.
     #[test]
     fn independent_points_have_no_correlation() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(33);
@@ -616,8 +617,9 @@ mod tests {
         }
     }
 
-    /// Independent simulators of an eighth of a particle, of which an eighth are centres, have g =
-    /// 1: 60 configurations of 2000 have 15 000 of 120 000, with a standard error of 115.
+    /// Tests that independent simulators of an eighth of a particle, of which an eighth are
+    /// centres, have g = 1. 60 configurations of 2000 have 15 000 of 120 000, with a standard error
+    /// of 115.
     #[test]
     fn few_centres_have_no_correlation_either() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(36);

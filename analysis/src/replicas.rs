@@ -130,7 +130,7 @@ pub fn quantile(level: f64, degrees_of_freedom: Option<usize>) -> f64 {
 pub struct HotellingTest {
     /// Hotelling's statistic `T² = R m' S⁻¹ m`, of the mean m and the covariance S over R replicas.
     pub statistic: f64,
-    /// Number of means tested at once.
+    /// Number of means that are tested at once.
     pub numbers: usize,
     /// Probability of a statistic at least this large if all means are zero.
     pub p_value: f64,
@@ -138,8 +138,8 @@ pub struct HotellingTest {
 
 /// Tests whether the means of several normal numbers, correlated in any way, can all be zero: H.
 /// Hotelling, *Annals of Mathematical Statistics* **2**, 360 (1931), doi:10.1214/aoms/1177732979.
-/// With q numbers, `(R - q)/(q (R - 1)) T²` has the distribution F(q, R - q). `rows` has the
-/// numbers of each replica.
+/// With q numbers and R replicas, `(R - q)/(q (R - 1)) T²` has the distribution F(q, R - q). `rows`
+/// has the numbers of each replica.
 ///
 /// `None` unless there are more replicas than numbers, and their covariance is regular.
 ///
@@ -246,8 +246,8 @@ pub fn smallest_effect(replicas: usize, level: f64, found: f64) -> f64 {
 /// Largest number of replicas that [`replicas_needed`] returns.
 pub const MOST_REPLICAS: usize = 1_000_000;
 
-/// Returns the fewest replicas with which an effect, in standard deviations of one replica, is
-/// found with the chance `found`; at most [`MOST_REPLICAS`].
+/// Returns the fewest replicas with which Student's test finds an effect, given in standard
+/// deviations of one replica, with probability `found`; at most [`MOST_REPLICAS`].
 ///
 /// ```
 /// use stosszahl_analysis::replicas::{power, replicas_needed};

@@ -47,11 +47,11 @@ pub struct Shells {
 pub struct Spectrum {
     /// Spectrum of the density, `S_nn = <|rho|²>/N`.
     pub density: f64,
-    /// Spectrum of the flow perpendicular to k (shear), `S_perp`.
+    /// Spectrum of the flow perpendicular to k (shear), `S_perp = <|p_perp|²>/(N m T)`.
     pub transverse: f64,
-    /// Spectrum of the flow along k (sound), `S_par`.
+    /// Spectrum of the flow along k (sound), `S_par = <|p_par|²>/(N m T)`.
     pub longitudinal: f64,
-    /// Spectrum of the temperature, `S_TT`.
+    /// Spectrum of the temperature, `S_TT = <|theta|²>/(N T²)`.
     pub temperature: f64,
 }
 
@@ -134,7 +134,7 @@ impl Shells {
         starts.zip(&self.ends).map(|(&start, &end)| start..end)
     }
 
-    /// Mean wave number |k| `L_x`/2π of each shell.
+    /// Computes the mean wave number |k| `L_x`/2π of each shell.
     pub fn wave_numbers(&self) -> Vec<f64> {
         let unit = self.lengths[0] / std::f64::consts::TAU;
         let all: Vec<f64> = self.modes.wave_numbers().map(|k| k * unit).collect();
@@ -225,7 +225,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 impl SpectrumDisk {
-    /// Creates a disk of mass one.
+    /// Creates a disk of mass one at a position with a velocity, for tests.
     pub fn unit(position: [f64; 2], velocity: [f64; 2]) -> Self {
         let [x, y] = position;
         Self {
@@ -250,7 +250,8 @@ mod tests {
 
     const LENGTHS: [f64; 2] = [20.0, 13.0];
 
-    /// Independent positions, and velocities of a Maxwellian at the temperature 1 in a wind.
+    /// Creates disks at independent positions, with Maxwellian velocities at the temperature 1 in a
+    /// wind, for tests.
     fn gas(count: usize, masses: &[f64], seed: u64) -> Vec<SpectrumDisk> {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
         let one = |number: usize| {
@@ -266,8 +267,8 @@ mod tests {
         (0..count).map(one).collect()
     }
 
-    /// Spectra are the sums of sines of whole phases, mode by mode. Powers of phases round to some
-    /// 1e-15 each, of 150 points.
+    /// Tests the spectra against plain sums of sines of whole phases, mode by mode. Powers of
+    /// phases round to some 1e-15 each, of 150 points.
     #[test]
     fn spectra_are_the_plain_sums() {
         let disks = gas(150, &[1.0, 2.5], 1);
@@ -343,9 +344,9 @@ mod tests {
         }
     }
 
-    /// Independent positions and velocities have spectra of one at every k, within z = 4.9 standard
-    /// errors (false alarm 1e-6 each), which see 2 %. Fixing momentum and energy at those of the
-    /// configuration subtracts 1/N = 0.5 % and adds as much.
+    /// Tests that independent positions and velocities have spectra of one at every k, within z =
+    /// 4.9 standard errors (false alarm 1e-6 each), which see 2 %. Fixing momentum and energy at
+    /// those of the configuration subtracts 1/N = 0.5 % and adds as much.
     #[test]
     fn thermal_noise_has_spectra_of_one() {
         let shells = Shells::new(LENGTHS, &[1, 2, 3, 4, 5], 30).unwrap();

@@ -96,8 +96,8 @@ impl ParticleReduction for KineticStress {
 pub struct StressIntegrals {
     /// Time integral of the kinetic part of the pressure tensor times the volume \[energy x time\].
     pub kinetic: Matrix3<f64>,
-    /// Collisional part: sum over collisions of `r_a Δp_b`, in row a and column b \[energy x
-    /// time\].
+    /// Time integral of the collisional part of the pressure tensor times the volume: sum over
+    /// collisions of `r_a Δp_b`, in row a and column b \[energy x time\].
     pub collisional: Matrix3<f64>,
     /// Kinetic energy dissipated by normal restitution, less what contacts added \[energy\].
     pub energy_lost: f64,
@@ -134,7 +134,7 @@ pub struct StressRecorder {
     start: f64,
     /// Duration of each time block \[time\].
     length: f64,
-    /// Integrals of the pressure tensor, by time block.
+    /// Time integrals of the pressure tensor, one for each time block.
     blocks: Vec<StressIntegrals>,
     /// Current kinetic part of the pressure tensor times the volume \[energy\].
     kinetic: Matrix3<f64>,

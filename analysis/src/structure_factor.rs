@@ -99,7 +99,7 @@ use stosszahl_model::{InvalidValue, Particle, ParticleReduction};
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions};
 
-/// Largest number of sites of the density lattice: 2²⁶ sites are half a gibibyte.
+/// Largest number of sites of the density lattice; 2²⁶ sites take half a gibibyte.
 pub const LARGEST_LATTICE: usize = 1 << 26;
 
 /// Largest number of lattice sites per shortest wavelength. With a finer lattice the corrections
@@ -148,8 +148,8 @@ pub struct Shell {
 /// Structure factor of one configuration, averaged over shells of wave numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StructureFactor {
-    /// Shells in rising order. The first is shell 1, except in a box so long in y that modes other
-    /// than 0 round to 0; these then form a first shell of their own.
+    /// Shells in rising order of wave number. The first is shell 1, except in a box so long in y
+    /// that modes other than 0 round to 0; these then form a first shell of their own.
     pub shells: Vec<Shell>,
 }
 
@@ -160,8 +160,8 @@ pub(crate) struct Mode {
     pub(crate) shell: usize,
 }
 
-/// Returns one of every pair of modes ±n whose wave number rounds to at most `largest`, column by
-/// column in `n_y`.
+/// Returns one of every pair of Fourier modes ±n whose wave number rounds to at most `largest`,
+/// column by column in `n_y`.
 pub(crate) fn half_plane(lengths: [f64; 2], largest: usize) -> impl Iterator<Item = Mode> {
     let aspect = lengths[0] / lengths[1];
     let [width, height] =
@@ -264,7 +264,7 @@ pub struct StructureFactorPlan {
 }
 
 impl StructureFactorPlan {
-    /// Chooses the lattice and plans the transforms for a box with sides `lengths`.
+    /// Chooses the density lattice and plans the Fourier transforms for a box with sides `lengths`.
     ///
     /// Along each axis the number of sites is the power of two whose spacing is nearest to the
     /// diameter, the finer of two equally near. It is doubled while the largest wave number is not
@@ -593,7 +593,8 @@ fn sites(length: f64, diameter: f64, largest_index: usize) -> usize {
     sites
 }
 
-/// Computes the power window W² and the aliased shot noise C of a mode on a lattice.
+/// Computes the power window W² of a point assignment, and its aliased shot noise C, for a mode on
+/// a lattice.
 fn response(assignment: Assignment, index: [i32; 2], sites: [usize; 2]) -> (f64, f64) {
     let mut window = 1.0;
     let mut shot = 1.0;

@@ -1,4 +1,5 @@
-//! Standard errors of averages over time and over replicas, from blocks of growing length.
+//! Standard errors of time averages over correlated samples, by joining blocks until the error no
+//! longer grows, and by replicas.
 //!
 //! Values at neighbouring times are correlated, so short blocks of time give errors that are too
 //! small. Blocks are joined two by two until the error no longer grows: they are then longer than
@@ -24,7 +25,7 @@ const DOUBT: f64 = 0.3;
 /// Standard errors of time averages of N quantities at several points or bins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimeErrors<const N: usize> {
-    /// Standard errors by point or bin; NaN if fewer than two blocks have a value.
+    /// Standard errors of the averages by point or bin; NaN if fewer than two blocks have a value.
     pub standard_errors: Vec<[f64; N]>,
     /// Number of independent parts behind the errors of each quantity: blocks longer than the
     /// correlation time, or else replicas. Student's intervals have one degree of freedom less.
@@ -32,10 +33,10 @@ pub struct TimeErrors<const N: usize> {
 }
 
 impl<const N: usize> TimeErrors<N> {
-    /// Computes the errors of averages over `replicas` replicas, each of `blocks` blocks of equal
-    /// time. `averages` are the averages over all of it, by point or bin. `part` returns the values
-    /// at a point in some blocks of a replica: `None`, or NaN for a quantity, where nothing is
-    /// known.
+    /// Computes the standard errors of averages over `replicas` replicas, each of `blocks` blocks
+    /// of equal time. `averages` are the averages over all of them, by point or bin. `part` returns
+    /// the values at a point in some blocks of a replica: `None`, or NaN for a quantity, if
+    /// unknown.
     ///
     /// The error at a point is the largest of the errors over at least 16 blocks, over the blocks
     /// that are long enough for the quantity at all points together, and over replicas.

@@ -253,7 +253,7 @@ mod tests {
         }
     }
 
-    /// Measures the distribution of particles of one species, added in groups.
+    /// Measures the velocity distribution of particles of one species, added in groups, for tests.
     fn measure(bins: Bins, particles: &[Particle]) -> Option<VelocityHistogram> {
         let mut reduce = |sum: &mut dyn DynReduction| {
             for (group, some) in particles.chunks(1000).enumerate() {
@@ -288,9 +288,9 @@ mod tests {
         (0..count).map(one).collect()
     }
 
-    /// Moments of the densities: one, D/2 (1/2 of a component), and the fourth with 1 + a2. Bins
-    /// are narrow; the mean of c^k over a bin differs from that at its middle by second
-    /// differences, some 1e-3.
+    /// Tests the moments of the Sonine densities: one, D/2 (1/2 of a component), and the fourth
+    /// with 1 + a2. Bins are narrow; the mean of c^k over a bin differs from that at its middle by
+    /// second differences, some 1e-3.
     #[test]
     fn densities_have_their_moments() {
         for (quantity, dimension, d) in [
@@ -318,9 +318,9 @@ mod tests {
         }
     }
 
-    /// A few particles of two masses in a wind, many times: both cumulants are zero without the
-    /// bias of few. Within z = 4.4 standard errors (false alarm 1e-5 each); without the factors the
-    /// first is off by 2/n, ten of them.
+    /// Tests that both cumulants are zero for a few particles of two masses in a wind, many times.
+    /// Within z = 4.4 standard errors (false alarm 1e-5 each); without the factors the first is off
+    /// by 2/n, ten of them.
     #[test]
     fn cumulants_of_a_maxwellian_are_zero() {
         for dimension in [2, 3] {
@@ -345,8 +345,9 @@ mod tests {
         9.0 * dimension as f64
     }
 
-    /// Bin by bin: counts of a Maxwellian against its density, the largest of 64 deviations within
-    /// z = 5.2 (false alarm 1e-5 in all); the tail is empty where less than one is expected.
+    /// Tests, bin by bin, the counts of a Maxwellian against its density: the largest of 64
+    /// deviations is within z = 5.2 (false alarm 1e-5 in all); the tail is empty where less than
+    /// one is expected.
     #[test]
     fn histograms_of_a_maxwellian_are_its_density() {
         let count = 40_000;

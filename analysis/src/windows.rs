@@ -38,19 +38,19 @@ pub use pairs::{PairBins, PairKind};
 pub struct CollisionWindow {
     /// Dimension of space: 2 or 3.
     pub dimension: usize,
-    /// Start of the window \[time\].
+    /// Start of the time window \[time\].
     pub start: f64,
-    /// End of the window \[time\], not included.
+    /// End of the time window \[time\], not included.
     pub end: f64,
     /// Histogram of collisions by |b|/d, in bins of equal width from 0 to 1.
     pub bins: Vec<u64>,
     /// Number of pair collisions observed; collisions of simulators in Monte Carlo.
     pub collisions: u64,
-    /// Number of physical collisions: sum of their weights.
+    /// Number of physical collisions: sum of the weights of colliding simulators.
     pub physical_collisions: f64,
     /// Sum over collisions of |b|/d, the impact parameter over the contact distance.
     pub impact: f64,
-    /// Sum over collisions of (b/d)^2.
+    /// Sum over collisions of the squared impact parameter (b/d)^2, over the contact distance.
     pub impact_square: f64,
     /// Sum over collisions of (b/d)^4 of spheres; 0 for disks, which do not need it.
     pub impact_fourth: f64,
@@ -58,7 +58,8 @@ pub struct CollisionWindow {
     pub square: f64,
     /// Sum over collisions of m (g.k)^2/T, with the normal relative speed g.k.
     pub normal_square: f64,
-    /// Integral of sqrt(T/m) over the part of the window that has passed \[length\].
+    /// Integral over time of the thermal speed sqrt(T/m), over the part of the window that has
+    /// passed \[length\].
     pub root_temperature: f64,
 }
 
@@ -156,9 +157,11 @@ impl CollisionWindow {
 pub struct DissipationFactors {
     /// Collision rate over that of Enskog's theory.
     pub rate: f64,
-    /// Mean <g^2> of colliding pairs over 2 (D + 1) T/m.
+    /// Speed factor: mean <g^2> of colliding pairs over its value 2 (D + 1) T/m under molecular
+    /// chaos.
     pub speed: f64,
-    /// Mean <1 - b^2/d^2> over 2/(D + 1).
+    /// Impact parameter factor: mean <1 - b^2/d^2> of colliding pairs over its value 2/(D + 1)
+    /// under molecular chaos.
     pub impact: f64,
     /// Mean <g^2(1 - b^2/d^2)> over the product <g^2><1 - b^2/d^2>: correlation of speed and impact
     /// parameter.
@@ -180,7 +183,7 @@ impl DissipationFactors {
 /// valid for equal particles only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CollisionWindows {
-    /// Sums of each time window; windows may overlap.
+    /// Collision sums of each time window; windows may overlap.
     pub windows: Vec<CollisionWindow>,
     /// Impact parameters by pair of species; `None` in a gas of one species.
     pub pairs: Option<PairBins>,

@@ -51,7 +51,7 @@ pub(super) struct Past {
     /// Collisions that both partners have had since they last met; `None` if they did not meet
     /// within [`MEMORY`].
     pub between: Option<usize>,
-    /// Length of the ring that the collision closes, in collisions; `None` without a ring.
+    /// Length of the ring that the collision closes, in collisions; `None` if it closes none.
     pub ring: Option<usize>,
 }
 

@@ -21,9 +21,11 @@ pub struct ContactSums {
     pub physical: f64,
     /// Number of physical collisions at places where the local temperature is known.
     pub known: f64,
-    /// Sums of the powers [`ORDERS`](super::ORDERS) of the normal speed before contact.
+    /// Sums over collisions of the powers [`ORDERS`](super::ORDERS) of the normal speed before
+    /// contact.
     pub before: [f64; 4],
-    /// Sums of the powers [`ORDERS`](super::ORDERS) of the normal speed after contact.
+    /// Sums over collisions of the powers [`ORDERS`](super::ORDERS) of the normal speed after
+    /// contact.
     pub after: [f64; 4],
     /// Expected sums, under molecular chaos, of the powers [`ORDERS`](super::ORDERS) of the normal
     /// speed before contact.
@@ -130,7 +132,7 @@ impl Acquaintance {
 /// is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MetSums {
-    /// Number of collisions.
+    /// Number of collisions of partners in this relation.
     pub count: f64,
     /// Sum of (b/d)^(D-1) over the collisions, b the impact parameter.
     pub impacts: f64,

@@ -9,8 +9,8 @@ use super::{PairCorrelation, check_range, correlation, like_pairs};
 use crate::Error;
 use crate::error::check_positions;
 
-/// Measures the partial pair correlations of the points of several species, in a box in the plane
-/// or in space: those of all pairs (a, b) of species in the order of
+/// Measures the partial pair correlations g(r) of the points of several species, in a box in the
+/// plane or in space, for all pairs (a, b) of species in the order of
 /// [`pair_index`](crate::contact_value::pair_index).
 ///
 /// ```text

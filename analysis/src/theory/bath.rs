@@ -32,7 +32,7 @@ pub struct BathState {
     pub fourth_cumulant: f64,
     /// Cooling rate zeta at the steady temperature \[1/time\].
     pub cooling_rate: f64,
-    /// Drag coefficient of the bath \[1/time\].
+    /// Drag coefficient gamma of the bath \[1/time\].
     pub drag: f64,
 }
 

@@ -12,8 +12,8 @@ use super::error::TheoryError;
 pub enum ContactValues {
     /// Dilute gas: all contact values are one.
     Dilute,
-    /// Contact values of Santos, Yuste & López de Haro (1999) in the plane, Boublík (1970) and
-    /// Mansoori et al. (1971) in space.
+    /// Enskog gas: contact values of Santos, Yuste & López de Haro (1999) in the plane, Boublík
+    /// (1970) and Mansoori et al. (1971) in space.
     Enskog,
 }
 

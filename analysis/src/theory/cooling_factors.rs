@@ -23,16 +23,17 @@ const END: f64 = 100.0;
 /// for the cooling rate at a given squared speed of pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoolingFactors {
-    /// Collision rate over that of Maxwellian velocities.
+    /// Collision rate of the cooling state over that of Maxwellian velocities.
     pub collision_rate: f64,
-    /// Mean squared relative speed of colliding pairs, over that of Maxwellian velocities.
+    /// Mean squared relative speed of colliding pairs in the cooling state, over that of Maxwellian
+    /// velocities.
     pub pair_speed: f64,
 }
 
 impl CoolingFactors {
     /// Computes the factors for equal particles of constant restitution in two or three dimensions,
-    /// from their cooling in a Sonine expansion of `orders` ([`MaxwellianMixture::expand`]) between
-    /// 40 and 100 collisions of each particle. Elastic particles have ones.
+    /// from a Sonine expansion of `orders` ([`MaxwellianMixture::expand`]) between 40 and 100
+    /// collisions of each particle. For elastic particles they are 1.
     ///
     /// # Errors
     /// [`TheoryError`] if the dimension, the restitution or the order is out of range, or the

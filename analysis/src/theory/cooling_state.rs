@@ -12,7 +12,7 @@ use super::mixture::MaxwellianMixture;
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoolingState {
     dimension: usize,
-    /// Temperatures at time zero, by species \[energy\].
+    /// Temperature of each species at time zero \[energy\].
     pub temperatures: Vec<f64>,
     /// Haff's time `tau_0 = 2/xi` \[time\].
     pub time: f64,

@@ -34,7 +34,7 @@ pub const CONDUCTIVITY_ORDERS: f64 = 1.029;
 /// Transport coefficient, split into kinetic, cross and collisional part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoefficientParts {
-    /// Kinetic part: transport by moving disks.
+    /// Kinetic part: transport by the motion of disks between collisions.
     pub kinetic: f64,
     /// Cross part: correlation of the kinetic and the collisional flux.
     pub cross: f64,

@@ -68,7 +68,7 @@ const DIFFERENCE: [f64; 7] = [
     -1.0 / 40.0,
 ];
 
-/// Integrator of an initial value problem: `dy/dx = slope(x, y)`.
+/// Adaptive integrator of an initial value problem `dy/dx = slope(x, y)`.
 ///
 /// The embedded pair of Dormand & Prince, orders 5 and 4. A step is kept if the largest of the
 /// errors over `absolute + relative |y|` is at most one, and the next one has `0.9 error^(-1/5)` of

@@ -9,7 +9,7 @@ use super::contact::{self, ContactValues};
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 
-/// Number of nodes of the quadrature over the normal approach speeds of colliding pairs.
+/// Number of quadrature nodes over the normal approach speeds of colliding pairs.
 const NODES: i32 = 40;
 
 /// Kinetic equations of a homogeneous mixture whose species have Maxwellian velocities.
@@ -176,7 +176,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         sums
     }
 
-    /// Computes the rates of species k at the given temperatures.
+    /// Computes velocity decay, cooling and collision rate of species k at the given temperatures.
     pub fn rates(&self, k: usize, temperatures: &[f64]) -> SpeciesRates {
         let count = self.components.len();
         let (hit, t) = (&self.components[k], temperatures[k]);
@@ -266,7 +266,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         Ok(found)
     }
 
-    /// Checks that there is one temperature above zero for each species.
+    /// Checks that there is one temperature for each species, and that all are above zero.
     pub(super) fn check_temperatures(&self, temperatures: &[f64]) -> Result<(), TheoryError> {
         for &t in temperatures {
             InvalidValue::unless_positive("temperature", t)?;

@@ -1,4 +1,5 @@
-//! Kinetic theory of homogeneous gases: curves against which simulations are tested.
+//! Kinetic theory of homogeneous gases and simple flows: curves against which simulations are
+//! tested.
 //!
 //! | module | question |
 //! |---|---|

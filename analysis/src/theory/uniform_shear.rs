@@ -42,13 +42,13 @@ pub struct UniformShear {
 pub struct ShearedMoment {
     /// Temperature over the initial temperature.
     pub temperature: f64,
-    /// Integral of `sqrt(T/T(0))` over time since the start \[time\]: collisions of a particle over
-    /// the collision rate of the start.
+    /// Integral of `sqrt(T/T(0))` over time since the start \[time\]: collisions per particle over
+    /// the initial collision rate.
     pub elapsed: f64,
 }
 
 impl UniformShear {
-    /// Creates the flow of a gas in 2 or 3 dimensions with a coefficient of restitution.
+    /// Creates a shear flow of a gas in 2 or 3 dimensions with a coefficient of restitution.
     pub fn new(dimension: usize, restitution: f64) -> Self {
         let d = dimension as f64;
         Self {

@@ -8,7 +8,7 @@ use stosszahl_model::Collision;
 pub struct PairKind {
     /// Indices of the two species, from 0.
     pub species: [usize; 2],
-    /// Distance of the centres of two disks at contact \[length\].
+    /// Contact distance: distance of the centres of two disks at contact \[length\].
     pub distance: f64,
     /// Reduced mass m1 m2/(m1 + m2) of the pair \[mass\].
     pub reduced_mass: f64,

@@ -13,7 +13,7 @@ pub struct CaseBundle(pub &'static Dir<'static>);
 /// Bundled case or paper: a file built into the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Bundled {
-    /// Name of the case or paper: its file name without the ending.
+    /// Name of the bundled case or paper: its file name without the ending.
     pub name: &'static str,
     /// Text of the bundled file.
     pub text: &'static str,
@@ -85,7 +85,7 @@ impl CaseBundle {
     }
 }
 
-/// Returns the files of a folder, sorted by name.
+/// Returns the files of a bundled folder, sorted by name.
 fn files(folder: &'static Dir<'static>) -> Vec<Bundled> {
     let one = |file: &'static include_dir::File<'static>| {
         let name = file.path().file_stem()?.to_str()?;

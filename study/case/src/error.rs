@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use annotate_snippets::{AnnotationKind, Element, Level, Renderer, Snippet};
 
-/// Reason why a case could not be read.
+/// Error with which a case cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CaseError {
@@ -20,18 +20,18 @@ pub enum CaseError {
         /// Error of the operating system when it was read.
         source: io::Error,
     },
-    /// There is neither a file nor a bundled case of this name.
+    /// There is neither a file nor a bundled case of the given name.
     #[error("{}: there is no such file, and no bundled case of that name{}; `stosszahl cases` lists them", path.display(), asked(*close))]
     NoCase {
         /// Path or name of the case as given.
         path: PathBuf,
-        /// Name of a similar bundled case, if there is one.
+        /// Name of a similar bundled case; `None` if none is similar.
         close: Option<&'static str>,
     },
     /// The path of the case is that of a folder.
     #[error("{}: this is a folder; a case is one TOML file", path.display())]
     Folder {
-        /// Path of the folder.
+        /// Path of the folder that was given as a case.
         path: PathBuf,
     },
     /// The case file is far larger than a case can be.
@@ -111,7 +111,7 @@ pub struct Refusal {
     /// Line and column of the refused key or value, from 1; `None` for an argument of the command
     /// line.
     pub place: Option<(usize, usize)>,
-    /// Argument of the command line that was refused, as `key=value`.
+    /// Refused command-line argument, as `key=value`; `None` for a key of the file.
     pub argument: Option<String>,
     /// True if the refused value comes from a sweep.
     pub swept: bool,
@@ -139,7 +139,7 @@ pub enum Fault {
         /// Keys that are allowed in the table of the unknown key.
         allowed: Vec<String>,
     },
-    /// A required key is missing.
+    /// A required key of the case is missing.
     MissingKey {
         /// Reason why the key is required, such as a default that does not go with other keys.
         found: Option<String>,
@@ -297,8 +297,8 @@ pub(crate) fn format_short(value: &toml::Value) -> String {
     text.chars().take(WIDTH).chain("...".chars()).collect()
 }
 
-/// Names in other programs and papers, and the keys and words of the case format that correspond to
-/// them.
+/// Synonyms for suggestions: names in other programs and papers, with the keys and words of the
+/// case format that correspond to them.
 pub const SYNONYMS: &[(&str, &str)] = &[
     ("coalescence", "aggregation"),
     ("boundary", "walls"),

@@ -1,5 +1,5 @@
-//! Case files: one TOML file says which gas is run, in which box, by which engines, and what is
-//! measured.
+//! Case files: a TOML file says which gas is run, in which box, by which engines, and what is
+//! measured. This crate reads, checks and expands it.
 //!
 //! A case is read in four steps. First the text becomes a table in which every key knows its place.
 //! Then values of the command line and of a sweep are written into the table. The table is checked
@@ -75,10 +75,9 @@ pub struct CaseFile {
     pub text: String,
     /// Path of the case file.
     pub path: PathBuf,
-    /// Points of the sweeps, all different; one point without settings if
-    /// there is no sweep.
+    /// Points of the sweeps, all different; a single point without settings if there is no sweep.
     pub points: Vec<CasePoint>,
-    /// Remarks on how the file was read, in sentences for the user.
+    /// Notes on how the file was read, in sentences for the user.
     pub notes: Vec<String>,
 }
 
@@ -151,7 +150,7 @@ impl CaseFile {
     }
 
     /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements
-    /// are not looked at; see [`Format::read`].
+    /// are not checked; see [`Format::read`].
     ///
     /// The value of an override is TOML, or a bare word taken as text. A key that is overridden is
     /// no longer swept; with `run.until`, times and windows of measurements beyond it are left out.

@@ -66,7 +66,7 @@ impl Override {
         })
     }
 
-    /// Returns the override with its value as text.
+    /// Returns the override with its value taken as text.
     pub(crate) fn into_text(mut self) -> Self {
         if !self.value.is_str() {
             let (_, text) = self.argument.split_once('=').unwrap_or_default();

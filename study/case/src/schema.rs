@@ -66,8 +66,8 @@ impl Format {
         &self.json
     }
 
-    /// Checks that every key is known, has the right type and lies in its range, and that none is
-    /// missing. Whole numbers that were written as 4000.0 become whole.
+    /// Checks a case against the schema: every key is known, has the right type and lies in its
+    /// range, and none is missing. Whole numbers that were written as 4000.0 become whole.
     pub(crate) fn check(&self, table: &mut toml::Table) -> Result<(), Problem> {
         let mut value = Value::Table(std::mem::take(table));
         self.check_within(&self.json, &mut value, &[])?;

@@ -26,9 +26,9 @@ pub struct Gas {
     pub walls: Walls<Volume>,
     /// Volume of the gas \[length^D\]; an area in the plane.
     pub volume: f64,
-    /// Random streams of engines and walls.
+    /// Random streams from which engines and walls draw.
     pub streams: Streams,
-    /// Duration of a contact in exact dynamics (TC model) \[time\]; 0 for none.
+    /// Contact time of the TC model in exact dynamics \[time\]; 0 for none.
     pub contact_time: f64,
 }
 
@@ -139,7 +139,8 @@ impl GasBuilder {
         self
     }
 
-    /// Sets a constant normal restitution, for all approach speeds; 1, elastic, unless set.
+    /// Sets a constant coefficient of normal restitution for all approach speeds; 1, elastic,
+    /// unless set.
     pub fn restitution(mut self, coefficient: f64) -> Self {
         self.law = stosszahl_model::Constant::new(coefficient).map(Law::from);
         self
@@ -151,8 +152,8 @@ impl GasBuilder {
         self
     }
 
-    /// Makes particles spin: tangential restitution from -1 (smooth) to 1 (perfectly rough). Disks
-    /// only.
+    /// Makes particles rough, with a coefficient of tangential restitution from -1 (smooth) to 1
+    /// (perfectly rough). Disks only.
     pub fn tangential_restitution(mut self, coefficient: f64) -> Self {
         self.tangential = Some(coefficient);
         self
@@ -191,10 +192,10 @@ impl GasBuilder {
         self
     }
 
-    /// Sets the duration of a contact in exact dynamics \[time\]; 0 unless set. Contacts of disks
-    /// that touched something less than this time ago are elastic, which prevents inelastic
-    /// collapse: the TC model of Luding & McNamara, Granular Matter 1, 113 (1998),
-    /// doi:10.1007/s100350050017. Disks only.
+    /// Sets the contact time of the TC model in exact dynamics \[time\]; 0 unless set. Contacts of
+    /// disks that touched something less than this time ago are elastic, which prevents inelastic
+    /// collapse: Luding & McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017. Disks
+    /// only.
     pub fn contact_time(mut self, contact_time: f64) -> Self {
         self.contact_time = contact_time;
         self
@@ -227,7 +228,7 @@ impl GasBuilder {
         self
     }
 
-    /// Sets an interrupt that ends [`Self::build`] early.
+    /// Sets an interrupt that makes [`Self::build`] end early.
     pub fn set_stop_flag(mut self, interrupt: &Interrupt) -> Self {
         self.interrupt = interrupt.clone();
         self

@@ -34,7 +34,7 @@ pub struct EventDriven {
 }
 
 impl EventDriven {
-    /// Creates exact dynamics from a gas.
+    /// Creates exact event-driven dynamics of a gas.
     ///
     /// # Errors
     /// [`GasError`] if the gas has no positions, or open faces, or disks that overlap.
@@ -127,7 +127,8 @@ fn exact(
     Ok(simulation)
 }
 
-/// Monte Carlo of a gas: in cells, or without positions. It is a [`Simulation`], by `Deref`.
+/// Monte Carlo dynamics (DSMC) of a gas: in cells, or without positions. It is a [`Simulation`], by
+/// `Deref`.
 pub struct MonteCarlo {
     gas: Gas,
     simulation: Box<dyn Simulation>,
@@ -231,7 +232,7 @@ macro_rules! is_a_simulation {
                 }
             }
 
-            /// Advances to a time; the observer sees all collisions until then.
+            /// Advances the gas to a time; the observer receives all collisions until then.
             ///
             /// # Errors
             /// [`GasError::Time`] for a time that is past or infinite, or so far that it would take

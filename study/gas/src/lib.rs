@@ -1,4 +1,4 @@
-//! Granular gases in a few lines, for custom programs.
+//! Builder of granular gases and their engines in a few lines, for custom programs.
 //!
 //! [`Gas`] is built from a description: number of disks, density, dissipation. [`EventDriven`] runs
 //! it exactly, [`MonteCarlo`] by Monte Carlo, from one and the same microstate if wished. Both are

@@ -1,4 +1,5 @@
-//! ZIP archive of a results folder inside its page, for readers who have only the page.
+//! ZIP archive of a results folder, embedded in its report page, for readers who have only the
+//! page.
 //!
 //! A page that is opened from a disk cannot read the files beside it: browsers forbid it. So the
 //! page holds them, compressed, up to a limit; the files that do not fit are named.
@@ -16,9 +17,9 @@ use stosszahl_results::ResultsError;
 
 /// JavaScript that saves the archive from the page.
 pub(crate) const SCRIPT: &str = include_str!("archive.js");
-/// Largest size of the archive in a page \[bytes\].
+/// Largest size of the archive in a report page \[bytes\].
 const LARGEST: usize = 4 << 20;
-/// Largest file that is compressed to see whether it fits \[bytes\].
+/// Size of the largest file that is compressed to see whether it fits into the archive \[bytes\].
 const LARGEST_FILE: u64 = 64 << 20;
 /// Date of all files in the archive, 1 January 1980, so that equal folders give equal bytes.
 const DATE: u16 = (1 << 5) | 1;
@@ -66,7 +67,8 @@ impl Archive {
         }
     }
 
-    /// Adds a file of a folder, if it exists, is inside the folder, and fits.
+    /// Adds a file of the results folder to the archive, if it exists, is inside the folder, and
+    /// fits.
     ///
     /// # Errors
     /// [`ResultsError`] if the file cannot be read.

@@ -1,5 +1,5 @@
-//! Charts: curves with error bars, histograms, theory, reference lines, and the ranges of their
-//! axes.
+//! Charts of a report: curves with error bars, histograms, theory, reference lines, and the ranges
+//! of their axes.
 //!
 //! Colours are custom properties of the style sheet, so a chart follows the light or dark scheme.
 //! Legends are HTML.
@@ -14,9 +14,9 @@ use crate::scale::{AxisRange, Tick, extent, shows};
 /// Axis of a chart: label, scale, and range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartAxis {
-    /// Label: symbol or words.
+    /// Label of the axis: symbol or words.
     pub label: String,
-    /// Unit of the column; `1` for pure numbers.
+    /// Unit of the axis; `1` for pure numbers.
     pub unit: String,
     /// Scale of the axis: linear or logarithmic.
     pub scale: AxisScale,
@@ -64,18 +64,18 @@ impl ChartAxis {
 pub enum Marker {
     /// Filled circle.
     Circle,
-    /// Square.
+    /// Filled square.
     Square,
-    /// Triangle.
+    /// Filled triangle.
     Triangle,
-    /// Diamond.
+    /// Filled diamond.
     Diamond,
     /// Triangle with its tip down.
     Inverted,
 }
 
 impl Marker {
-    /// All markers, in the order of use.
+    /// All marker shapes, in the order in which curves use them.
     pub const ALL: [Self; 5] = [
         Self::Circle,
         Self::Square,
@@ -160,9 +160,9 @@ pub struct ChartCurve {
     pub label: String,
     /// Colour of the curve, a CSS value.
     pub colour: String,
-    /// Marker of the points; `None` without markers.
+    /// Marker of the data points; `None` without markers.
     pub marker: Option<Marker>,
-    /// Line style between the points.
+    /// Line style between the data points.
     pub stroke: Stroke,
     /// Data points of the curve, by increasing abscissa.
     pub points: Vec<ChartPoint>,
@@ -186,7 +186,7 @@ pub struct Chart {
     pub x: ChartAxis,
     /// Vertical axis of the chart.
     pub y: ChartAxis,
-    /// Curves, drawn in this order.
+    /// Curves of the chart, in drawing order.
     pub curves: Vec<ChartCurve>,
     /// Horizontal reference lines: label and ordinate.
     pub lines: Vec<(String, f64)>,
@@ -195,7 +195,7 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// Creates a chart without curves.
+    /// Creates a chart without curves from its two axes.
     pub fn new(x: ChartAxis, y: ChartAxis) -> Self {
         Self {
             x,

@@ -1,4 +1,4 @@
-//! SVG drawing of charts: axes, curves, markers and legends.
+//! SVG drawing of charts for report pages: axes, curves, markers and legends.
 //!
 //! The alternative of a plotting library lost: static figures of reports take a few hundred lines
 //! here. The libraries that were tried doubled the build time, numbered clip paths globally and
@@ -12,17 +12,17 @@ use serde_json::Value;
 use crate::chart::{Chart, ChartCurve, ChartPoint, Stroke};
 use crate::scale::{AxisRange, Tick};
 
-/// Width of a chart \[px\].
+/// Width of a chart on the page \[px\].
 pub(crate) const WIDTH: f64 = 440.0;
-/// Height of a chart \[px\].
+/// Height of a chart on the page \[px\].
 pub(crate) const HEIGHT: f64 = 310.0;
-/// Margin left of the frame \[px\].
+/// Margin left of a chart's frame, for the vertical axis \[px\].
 pub(crate) const LEFT: f64 = 62.0;
-/// Margin right of the frame \[px\].
+/// Margin right of a chart's frame \[px\].
 pub(crate) const RIGHT: f64 = 14.0;
-/// Margin above the frame \[px\].
+/// Margin above a chart's frame \[px\].
 pub(crate) const TOP: f64 = 10.0;
-/// Margin below the frame \[px\].
+/// Margin below a chart's frame, for the horizontal axis \[px\].
 pub(crate) const BOTTOM: f64 = 46.0;
 /// Largest number of points that get markers; a longer curve is drawn as a line.
 const MARKS: usize = 60;
@@ -41,7 +41,7 @@ pub(crate) struct Plot {
     pub description: String,
     /// Height of the drawing \[px\], for the width [`WIDTH`].
     pub height: f64,
-    /// Content of the SVG element.
+    /// Content of the drawing's SVG element.
     pub content: Markup,
     /// Numbers of the drawing as JSON, for the interactive chart.
     pub data: Value,

@@ -15,9 +15,9 @@ use crate::draw::Plot;
 use crate::map::{Map, with_obstacles};
 use crate::words::{number, spread};
 
-/// Largest number of panels of a figure.
+/// Largest number of panels of a figure; of more, an even selection is drawn.
 pub(crate) const PANELS: usize = 9;
-/// Largest number of curves of one engine in a panel.
+/// Largest number of curves of one engine in a panel; of more, an even selection is drawn.
 const CURVES: usize = 8;
 /// Number of colours of the ordered scale in the style sheet.
 const SHADES: usize = 7;
@@ -30,7 +30,7 @@ pub(crate) struct Drawn {
     pub panels: Vec<Panel>,
     /// True if all panels have the same range of the vertical axis.
     pub common: bool,
-    /// Caption of the figure, with a note on the data that are left out.
+    /// Caption of the figure, with a note on data that are left out.
     pub note: String,
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct Drawn {
 pub(crate) struct Panel {
     /// Title of the panel; empty if it needs none.
     pub title: String,
-    /// SVG drawing of the panel, in the size of the report's page.
+    /// SVG drawing of the panel, in its size on the report page.
     pub plot: Plot,
     /// Chart or map that the drawing of the panel shows.
     pub subject: Subject,
@@ -298,7 +298,7 @@ struct Curves<'a> {
     others: Vec<usize>,
     /// Values, in the key columns that do not distinguish engines, for which curves are drawn.
     values: Vec<String>,
-    /// Number of values of the key columns that do not distinguish engines, drawn or not.
+    /// Number of all values in the key columns that do not distinguish engines, drawn or not.
     all: usize,
     several: bool,
     /// Names at the positions of the horizontal axis, if its values are words.
@@ -528,14 +528,15 @@ impl<'a> Curves<'a> {
     }
 }
 
-/// Returns the colour of index `place` out of `count` in the ordered scale, a CSS value.
+/// Returns the colour with index `place` out of `count` in the scale from dark to bright, a CSS
+/// value.
 fn shade(place: usize, count: usize) -> String {
     let last = count.saturating_sub(1).max(1);
     format!("var(--shade-{})", (place * (SHADES - 1) + last / 2) / last)
 }
 
-/// Draws a map for each panel, with common colours; keys that would distinguish curves become
-/// panels.
+/// Draws a map of a quantity for each panel, with common colours. Keys that would distinguish
+/// curves become panels.
 fn maps(
     table: &Table,
     figure: &Figure,

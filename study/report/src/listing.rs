@@ -12,11 +12,11 @@ pub type Listing<'a> = (&'a str, &'a [ListColumn<'a>], &'a [Vec<String>]);
 /// Contents of an HTML page with headline, figures, sentences and lists.
 #[derive(Clone, Copy, Debug)]
 pub struct Listed<'a> {
-    /// Title of the page.
+    /// Title of the HTML page.
     pub title: &'a str,
-    /// Headline: the main result in one sentence.
+    /// Headline of the page: the main result in one sentence.
     pub headline: &'a str,
-    /// Table whose figures are shown below the headline.
+    /// Table whose figures are shown below the headline of the page.
     pub figure: &'a Table,
     /// Sentences below the figures of the page.
     pub lines: &'a [String],
@@ -26,7 +26,7 @@ pub struct Listed<'a> {
     pub lists: &'a [Listing<'a>],
 }
 
-/// Builds the list page in HTML.
+/// Builds the HTML page from its contents.
 pub fn listing(page: &Listed<'_>) -> String {
     let table = page.figure;
     let figures = (table.figures.iter()).filter_map(|figure| Some((figure, draw(table, figure)?)));

@@ -12,11 +12,12 @@ use crate::scale::AxisRange;
 
 /// Margin right of the map, for the colour bar \[px\].
 const RIGHT: f64 = 84.0;
-/// Width of the map \[px\].
+/// Width of the map inside its frame \[px\].
 const MAP_WIDTH: f64 = WIDTH - LEFT - RIGHT;
-/// Smallest and largest height of the map \[px\].
+/// Smallest and largest height of the map inside its frame \[px\].
 const HEIGHTS: [f64; 2] = [90.0, 380.0];
-/// Colours of the bar, lowest first (viridis).
+/// Colours of the colour bar from lowest to highest value (viridis), between which others are
+/// interpolated.
 const COLOURS: [[f64; 3]; 6] = [
     [68.0, 1.0, 84.0],
     [65.0, 68.0, 135.0],
@@ -89,7 +90,7 @@ impl Map {
         placed.collect()
     }
 
-    /// Draws the map with colours from `low` to `high`.
+    /// Draws the map as SVG, with colours for values from `low` to `high`.
     pub fn plot(&self, (low, high): (f64, f64), description: String) -> Plot {
         let [x, y] = self
             .ends()

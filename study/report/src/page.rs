@@ -30,8 +30,8 @@ const LINES: usize = 60;
 /// Column of a list on a page: its name, and true if it holds words.
 pub type ListColumn<'a> = (&'a str, bool);
 
-/// Builds a whole page around its content, without any external resource. Scripts are included only
-/// if the content needs them.
+/// Builds a whole HTML page around its content, without any external resource. Scripts are included
+/// only if the content needs them.
 pub(crate) fn document(title: &str, content: &Markup, scripts: &[&str]) -> String {
     // Saved pictures are drawn from data inside the page.
     let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
@@ -62,7 +62,7 @@ pub(crate) fn document(title: &str, content: &Markup, scripts: &[&str]) -> Strin
     page.into_string()
 }
 
-/// Embeds data for a script: JSON that cannot close the element around it.
+/// Embeds data for a script in a page, as JSON that cannot close the element around it.
 pub(crate) fn data(value: &Value) -> Markup {
     PreEscaped(value.to_string().replace('<', "\\u003c"))
 }

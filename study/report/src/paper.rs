@@ -1,5 +1,5 @@
-//! Page of a paper: its figures reproduced, each with the paper's claims, the numbers found, and
-//! the verdicts.
+//! HTML page of a reproduced paper: its figures, each with the paper's claims, the numbers found,
+//! and the verdicts.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub struct PaperPage<'a> {
     pub title: &'a str,
     /// Authors, journal and year of the paper.
     pub source: &'a str,
-    /// Remark on the paper as a whole.
+    /// Remark on the reproduction of the paper as a whole.
     pub remark: Option<&'a str>,
     /// Summary in words: numbers of claims by verdict.
     pub summary: String,
@@ -30,7 +30,7 @@ pub struct PaperPage<'a> {
     pub family_wise_error_rate: f64,
     /// Figures and tables of the paper, with their claims.
     pub figures: Vec<PaperFigure<'a>>,
-    /// Runs behind the figures.
+    /// Runs of cases behind the figures.
     pub runs: Vec<PaperRun<'a>>,
 }
 
@@ -43,7 +43,7 @@ pub struct PaperFigure<'a> {
     pub title: &'a str,
     /// Parts of the paper's figure that are not reproduced, in words.
     pub missing: Option<&'a str>,
-    /// Name of the run whose tables are drawn.
+    /// Name of the run whose tables are drawn in place of the figure.
     pub run: &'a str,
     /// Tables to draw, each with the number of one of its figures from 1, or `None` for all.
     pub drawings: Vec<(&'a str, Option<usize>)>,
@@ -68,7 +68,7 @@ pub struct PaperClaim<'a> {
     pub ratio: Option<TableEstimate>,
     /// Verdict on the claim.
     pub verdict: &'a VerdictText,
-    /// Correction of the paper, where it is wrong.
+    /// Correction of the paper, if the claim is wrong; `None` otherwise.
     pub correction: Option<&'a str>,
 }
 
@@ -77,7 +77,7 @@ pub struct PaperClaim<'a> {
 pub struct PaperRun<'a> {
     /// Name of the run and of its folder.
     pub name: &'a str,
-    /// Name of the case.
+    /// Name of the case of the run.
     pub case: &'a str,
     /// Title of the case of the run.
     pub title: &'a str,
@@ -129,7 +129,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
     Ok(page::document(paper.title, &content, &[]))
 }
 
-/// Display name of a figure: "Fig. 3b" for a number, else the name itself.
+/// Returns the display name of a figure: "Fig. 3b" for a number, else the name itself.
 pub fn figure_name(name: &str) -> String {
     if name.starts_with(|c: char| c.is_ascii_digit()) {
         format!("Fig. {name}")
@@ -138,7 +138,7 @@ pub fn figure_name(name: &str) -> String {
     }
 }
 
-/// Name of a figure in links and files: `figure-3b`.
+/// Returns the name of a figure in links and files: `figure-3b`.
 pub fn figure_anchor(name: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
     format!("figure-{}", name.chars().map(letter).collect::<String>())

@@ -98,7 +98,7 @@ pub fn print_figures(folder: &Path) -> Result<Vec<PrintFigure>, ReportError> {
     Ok(figures)
 }
 
-/// Reads one figure of a results folder.
+/// Reads one figure of a results folder by its name.
 ///
 /// # Errors
 /// As [`print_figures`], and [`ReportError::NoFigure`] if none has this name.

@@ -1,13 +1,13 @@
-//! Axis scales: positions of values, and readable ticks.
+//! Axis scales, linear and logarithmic: positions of values on an axis, and ticks at round numbers.
 
 use stosszahl_results::AxisScale;
 
 use crate::words::{number, power};
 
-/// Largest absolute value that is drawn, so that sums and squares stay finite.
+/// Largest magnitude of a value that is drawn, so that sums and squares stay finite.
 const LARGEST: f64 = 1e100;
 
-/// Range of an axis with its scale.
+/// Range of an axis and its scale, linear or logarithmic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AxisRange {
     scale: AxisScale,

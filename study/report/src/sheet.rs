@@ -7,7 +7,7 @@ use crate::draw::{WIDTH, sign};
 use crate::figure::{Drawn, Panel};
 use crate::page::{PALETTE, PLOT};
 
-/// Gap between panels \[px\].
+/// Gap between the panels of the figure \[px\].
 const GAP: f64 = 16.0;
 /// Height of a line of text in the drawing \[px\].
 const LINE: f64 = 20.0;

@@ -27,7 +27,7 @@ pub(crate) const SCRIPT: &str = include_str!("viewer.js");
 /// Size limits of the frames before compression \[bytes\]: of the last frames of the engines, and
 /// of all other frames.
 const BUDGET: [usize; 2] = [2_100_000, 2_000_000];
-/// Largest number of frames on a page.
+/// Largest number of times with particle frames on a page; of more, an even selection is shown.
 const FRAMES: usize = 120;
 
 /// Data of the particle player, as embedded in a page.

@@ -64,7 +64,7 @@ pub fn power(exponent: i32) -> String {
     "10".chars().chain(raised).collect()
 }
 
-/// Picks at most `most` items, evenly spread, including the first and the last.
+/// Picks at most `most` items of a list, evenly spread, including the first and the last.
 pub(crate) fn spread<T: Clone>(items: &[T], most: usize) -> Vec<T> {
     match (items.len(), most) {
         (_, 0) => Vec::new(),

@@ -38,7 +38,7 @@ const WORKER: &str = "worker-";
 pub(crate) const LIST_ENDING: &str = ".files";
 /// Suffix of the file that marks a finished task.
 const DONE: &str = "done";
-/// Number of heartbeats within the time after which a process counts as lost.
+/// Number of heartbeats in the time after which a silent process counts as lost.
 const BEATS: u32 = 8;
 /// Longest time between two heartbeats.
 const LONGEST_BEAT: Duration = Duration::from_secs(5);
@@ -301,7 +301,7 @@ impl FolderWorker {
         }
     }
 
-    /// Returns true if this process still holds the task and no other has taken it over.
+    /// Returns true if this process still holds the claimed task and no other has taken it over.
     pub fn holds(&self, claim: &TaskClaim) -> bool {
         let next = claim_path(&claim.folder, &claim.task, claim.generation + 1);
         let own = match (fs::metadata(claim.path()), self.pulse.metadata()) {
@@ -311,7 +311,7 @@ impl FolderWorker {
         own && !next.exists()
     }
 
-    /// Marks a task as finished. Its results must be written before.
+    /// Marks a claimed task as finished. Its results must be written before.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the mark cannot be made.
@@ -326,7 +326,7 @@ impl FolderWorker {
         }
     }
 
-    /// Returns true if another process is alive in the folder.
+    /// Returns true if another process is alive in the results folder.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the folder of claims cannot be read.
@@ -382,12 +382,12 @@ impl TaskStates {
         }
     }
 
-    /// Returns true if the task is finished.
+    /// Returns true if a task is marked as finished.
     pub fn is_done(&self, task: &str) -> bool {
         self.names.contains(&format!("{task}.{DONE}"))
     }
 
-    /// Returns true if some process has claimed the task.
+    /// Returns true if some process has claimed a task.
     pub fn is_claimed(&self, task: &str) -> bool {
         self.names.contains(&format!("{task}.0"))
     }

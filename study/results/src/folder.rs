@@ -36,7 +36,8 @@ pub const CHECKPOINTS: &str = "checkpoints";
 /// Name of the folder of snapshots inside the results folder of a run.
 pub const SNAPSHOTS: &str = "snapshots";
 
-/// Time after which a process that shares a folder counts as lost to one that needs it exclusively.
+/// Time without heartbeat after which processes that share a folder count as lost to one that needs
+/// it exclusively.
 const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Treatment of a results folder that exists when a run starts.
@@ -258,8 +259,8 @@ impl Folder {
         })
     }
 
-    /// Checks that the path still leads to the locked folder. Call it before anything is written or
-    /// removed by its path.
+    /// Checks that the path of the folder still leads to the locked folder. Call it before anything
+    /// is written or removed by its path.
     ///
     /// # Errors
     /// [`ResultsError::Moved`] if the folder or its file list was moved, removed or replaced.

@@ -34,7 +34,7 @@ pub const HOTTEST: f64 = 4.0;
 pub struct ParticleFrame {
     /// Time of the frame, in the unit of time of the case.
     pub time: f64,
-    /// Sides of the box \[length\].
+    /// Sides of the box of the gas \[length\].
     pub sides: [f64; 2],
     /// True for each axis along which the box is periodic.
     pub periodic: [bool; 2],
@@ -42,20 +42,20 @@ pub struct ParticleFrame {
     pub particles: f64,
     /// Number of particles of the gas that each particle in the frame stands for.
     pub share: f64,
-    /// Root mean square speed of all particles \[length/time\].
+    /// Root mean square speed of all particles of the gas \[length/time\].
     pub speed: f64,
-    /// Largest radius of the particles \[length\].
+    /// Largest radius of the particles of the gas \[length\].
     pub radius: f64,
-    /// Abscissae in units of the side, two bytes each, the lower one first.
+    /// Abscissae of the particles in units of the side, two bytes each, the lower one first.
     #[serde(with = "serde_bytes")]
     pub x: Vec<u8>,
-    /// Ordinates in units of the side, two bytes each, the lower one first.
+    /// Ordinates of the particles in units of the side, two bytes each, the lower one first.
     #[serde(with = "serde_bytes")]
     pub y: Vec<u8>,
-    /// Directions of velocities: 256 for a turn, from the abscissa on.
+    /// Directions of the velocities: 256 for a full turn, 0 along the abscissa.
     #[serde(with = "serde_bytes")]
     pub direction: Vec<u8>,
-    /// Speeds: 255 for [`FASTEST`] times the root mean square.
+    /// Speeds of the particles: 255 for [`FASTEST`] times the root mean square.
     #[serde(with = "serde_bytes")]
     pub pace: Vec<u8>,
     /// Radii: 255 for the largest radius; empty if all are equal.
@@ -63,7 +63,7 @@ pub struct ParticleFrame {
     pub size: Vec<u8>,
     /// Last collision of each particle, in [`STEPS`] steps: square root of the partner's energy in
     /// the upper four bits, impact parameter in the lower ones. 0 before the first collision; empty
-    /// where the engine does not distinguish particles.
+    /// if the engine does not distinguish particles.
     #[serde(with = "serde_bytes")]
     pub met: Vec<u8>,
 }
@@ -73,7 +73,7 @@ pub struct ParticleFrame {
 pub struct LastCollision {
     /// Current kinetic energy of the collision partner, over the mean of all particles.
     pub partner: f64,
-    /// Impact parameter over the contact distance, from 0 to 1.
+    /// Impact parameter of the last collision over the contact distance, from 0 to 1.
     pub impact: f64,
 }
 
@@ -112,13 +112,13 @@ fn scatter(index: u64) -> u64 {
 /// Totals over all particles of a gas that scale its frame, such as the mean squared speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crowd {
-    /// Number of particles: the sum of the weights.
+    /// Number of particles of the gas: the sum of the weights.
     pub particles: f64,
     /// Largest weight of a particle.
     pub heaviest: f64,
     /// Sum of the weights times the squared speeds \[length²/time²\].
     pub squares: f64,
-    /// Smallest and largest radius \[length\]; `None` without particles.
+    /// Smallest and largest radius of a particle \[length\]; `None` without particles.
     pub radii: Option<[f64; 2]>,
 }
 
@@ -242,7 +242,7 @@ impl ParticleFrame {
         self.direction.is_empty()
     }
 
-    /// Returns a frame of the first `count` particles, which are a fair sample of this frame.
+    /// Returns a frame of the first `count` particles of this frame, which are a fair sample.
     #[must_use]
     pub fn first(&self, count: usize) -> Self {
         let count = count.min(self.len());
@@ -265,7 +265,7 @@ impl ParticleFrame {
     }
 }
 
-/// Serializes frames as the bytes of a file.
+/// Serializes particle frames as the bytes of a file.
 ///
 /// # Errors
 /// [`ResultsError::System`] if they cannot be encoded, which is an error of the program.

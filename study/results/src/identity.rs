@@ -26,15 +26,15 @@ pub struct RunId {
     pub name: String,
     /// Hash of all inputs that determine the numbers: version, case, input files.
     pub numbers: [u8; 32],
-    /// Hash of the whole case without `ignored` keys.
+    /// Hash of the whole case without the keys that affect nothing in the folder.
     pub output: [u8; 32],
     pub(crate) case: Value,
 }
 
-/// Keys of a case that do not affect the numbers, dotted.
+/// Lists of case keys, dotted, that do not affect the numbers of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Keys<'a> {
-    /// Keys that affect nothing in the folder, such as `run.checkpoint_seconds`.
+    /// Keys that affect nothing in the results folder, such as `run.checkpoint_seconds`.
     pub ignored: &'a [&'a str],
     /// Keys that affect only how results are shown and judged, such as `title` and `verdict`.
     pub output: &'a [&'a str],
@@ -57,8 +57,8 @@ pub(crate) struct MarkedRun {
 }
 
 impl RunId {
-    /// Identifies a run by its case, with all defaults and swept values filled in, and by the
-    /// contents, not the names, of its input files.
+    /// Computes the identity of a run from its case, with all defaults and swept values filled in,
+    /// and from the contents, not the names, of its input files.
     ///
     /// # Errors
     /// [`ResultsError`] if a file cannot be read.

@@ -8,8 +8,8 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::error::ResultsError;
 
-/// Name of the file that lists the files of the runs, and is locked while a process writes into the
-/// folder.
+/// Name of the file that lists the files of the runs in a folder, and is locked while a process
+/// writes into it.
 pub(crate) const LIST_FILE: &str = "run.files";
 
 /// Largest number of attempts to open and lock the list, as another process may remove it between
@@ -175,8 +175,8 @@ impl FileList {
 }
 
 impl Drop for FileList {
-    /// Releases the lock explicitly. Closing the file would leave it to a child process in the
-    /// making, which holds copies of all open files until it runs its program.
+    /// Releases the lock of the list explicitly. Closing the file would leave it to a child process
+    /// in the making, which holds copies of all open files until it runs its program.
     fn drop(&mut self) {
         let _ = self.file.unlock();
     }

@@ -16,7 +16,7 @@ use crate::regular;
 use crate::table::{Figure, Table, TableColumn};
 use crate::verdict::VerdictText;
 
-/// Version of the manifest and of the index that this program writes and reads.
+/// Version of the formats of manifest and sweep index that this program writes and reads.
 pub const FORMAT: u32 = 2;
 /// Name of the manifest inside a results folder.
 pub const MANIFEST_FILE: &str = "manifest.json";
@@ -41,9 +41,9 @@ pub struct Manifest {
     /// Question that the run answers, and the location of the answer.
     #[serde(default)]
     pub question: RunQuestion,
-    /// The case file, verbatim.
+    /// Text of the case file, verbatim.
     pub case_text: String,
-    /// The case as it was run, with every default filled in.
+    /// Case as it was run, with every default filled in.
     pub case: serde_json::Value,
     /// Unit of all times of the case.
     pub time_unit: TimeUnitSize,
@@ -55,7 +55,7 @@ pub struct Manifest {
     pub seed: u64,
     /// Number of replicas.
     pub replicas: u64,
-    /// Duration of the whole run \[s\].
+    /// Wall time of the whole run \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub wall_seconds: f64,
     /// Record of the initial state of each replica.
@@ -82,7 +82,7 @@ pub struct Manifest {
 pub struct RunQuestion {
     /// Question as text; empty if none is asked.
     pub text: String,
-    /// Table that has the answer; empty if nothing is compared.
+    /// Table that has the answer to the question; empty if nothing is compared.
     pub table: String,
     /// Column of the table that has the answer.
     pub column: String,
@@ -105,11 +105,11 @@ pub struct Program {
 pub struct RunFingerprints {
     /// Hash of all inputs that determine the numbers: program version, case, input files.
     pub numbers: String,
-    /// Hash of everything that affects only how results are shown and judged.
+    /// Hash of all inputs that affect only how results are shown and judged.
     pub output: String,
 }
 
-/// Unit of all times of a case.
+/// Unit of all times of a case: its name and size.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeUnitSize {
     /// Name of the unit of time, such as `Haff's cooling time`.
@@ -124,25 +124,25 @@ pub struct TimeUnitSize {
 pub struct Derived {
     /// Name of the quantity, in words.
     pub name: String,
-    /// Value of the quantity.
+    /// Value of the derived quantity.
     #[serde(deserialize_with = "null_is_nan")]
     pub value: f64,
     /// Unit of the value; `1` for pure numbers.
     pub unit: String,
 }
 
-/// Machine that a run was made on.
+/// Machine that a run was made on: cores, processor and system.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
     /// Number of processor cores that the run could use.
     pub cores: u64,
-    /// Name of the processor.
+    /// Name of the machine's processor.
     pub processor: String,
-    /// Name of the operating system.
+    /// Name of the machine's operating system.
     pub system: String,
 }
 
-/// Initial state of a replica.
+/// Record of the initial state of a replica: placement, equilibration and its tests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StartRecord {
     /// Number of the replica, from zero.
@@ -169,23 +169,23 @@ pub struct StartTest {
     pub statistic: f64,
     /// Probability of so extreme a statistic in equilibrium \[1\].
     pub p_value: Option<f64>,
-    /// True if the test was passed; `None` where it only informs.
+    /// True if the initial state passed the test; `None` if the test is only informative.
     pub passed: Option<bool>,
-    /// Measured quantity, in words.
+    /// Result of the test as a sentence.
     pub detail: String,
 }
 
 /// Work of one engine, over all replicas.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EngineWork {
-    /// Name of the engine.
+    /// Name of the engine that did the work.
     pub engine: String,
     /// Computing time of the engine over all replicas \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub seconds: f64,
     /// Number of collisions over all replicas.
     pub collisions: u64,
-    /// Largest memory of one replica \[bytes\].
+    /// Largest memory of one replica of the engine \[bytes\].
     pub bytes: u64,
     /// Work counters by name, such as `predictions`.
     #[serde(deserialize_with = "finite_or_null")]
@@ -195,7 +195,7 @@ pub struct EngineWork {
 /// Snapshot file of one engine at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
-    /// Name of the engine.
+    /// Name of the engine of the snapshot.
     pub engine: String,
     /// Number of the replica, from 0.
     #[serde(default)]
@@ -222,7 +222,7 @@ impl Snapshot {
 /// File of particle frames of one engine ([`crate::frames`]).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FramesEntry {
-    /// Name of the engine.
+    /// Name of the engine of the frames.
     pub engine: String,
     /// Path of the frames file, relative to the results folder, with `/` between names.
     pub file: String,
@@ -265,7 +265,7 @@ pub struct Sweep {
     pub format: u32,
     /// Title of the sweep as plain text.
     pub title: String,
-    /// The case file, verbatim.
+    /// Text of the case file, verbatim.
     pub case_text: String,
     /// Points of the sweep, in the order of the case file.
     pub points: Vec<SweepPoint>,
@@ -276,18 +276,18 @@ pub struct Sweep {
 pub struct SweepPoint {
     /// Name of the point, and of its folder inside the sweep folder.
     pub name: String,
-    /// Values of the swept keys.
+    /// Swept keys of the point with their values.
     pub values: BTreeMap<String, serde_json::Value>,
 }
 
 /// Finished run as read from its folder, without the particles of its snapshots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stored {
-    /// Manifest of the run.
+    /// Manifest of the finished run.
     pub manifest: Manifest,
     /// Tables of the run, in the order of the manifest.
     pub tables: Vec<Table>,
-    /// Names of files whose content differs from what the run wrote.
+    /// Names of files whose content differs from what the run wrote, by their hashes.
     pub changed: Vec<String>,
 }
 

@@ -38,13 +38,13 @@ pub struct TableColumn {
     pub role: Role,
 }
 
-/// Role of a column in relation to other columns.
+/// Role of a table column, such as key, value or error of the value before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Key that identifies a row: an engine, a time, a species.
     Key,
-    /// Measured quantity.
+    /// Measured quantity (value).
     Value,
     /// Standard error of the value in the column before it.
     StandardError,
@@ -52,16 +52,16 @@ pub enum Role {
     Theory,
     /// Error of the theoretical value in the column before it.
     TheoryError,
-    /// Count or remark.
+    /// Count or remark next to the measured quantities.
     Note,
 }
 
 /// Cell of a table row: text, number, count, or empty.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TableCell {
-    /// Words of a text column.
+    /// Text of a text column.
     Text(String),
-    /// Number; a number that is not finite is written as an empty cell.
+    /// Floating-point number; a number that is not finite is written as an empty cell.
     Number(f64),
     /// Whole number, such as a count.
     Count(u64),
@@ -76,7 +76,7 @@ pub struct TableEstimate {
     pub value: Option<f64>,
     /// Standard error of the measured value; `None` if it is unknown.
     pub standard_error: Option<f64>,
-    /// Number of replicas behind the error; `None` if the error is known otherwise.
+    /// Number of replicas behind the standard error; `None` if the error is known otherwise.
     pub replicas: Option<usize>,
     /// Theoretical value; `None` if there is none.
     pub theory: Option<f64>,
@@ -122,9 +122,9 @@ pub struct Figure {
     pub title: Text,
     /// Caption: a sentence or two below the figure.
     pub caption: Text,
-    /// Column and scale of the horizontal axis.
+    /// Column and scale of the figure's horizontal axis.
     pub x: FigureAxis,
-    /// Column and scale of the vertical axis.
+    /// Column and scale of the figure's vertical axis.
     pub y: FigureAxis,
     /// Key columns that distinguish the curves, such as `engine`.
     pub curves: Vec<Text>,
@@ -166,7 +166,7 @@ pub enum AxisScale {
 pub enum PointMark {
     /// Points with error bars, joined by a line; theory is a dashed line.
     Line,
-    /// Points with error bars.
+    /// Points with error bars, not joined.
     Points,
     /// Bars of a histogram, from the column of the x axis to the next column.
     Bars,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Verdict of a run: a conclusion in words, with its kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VerdictText {
-    /// Topic of the conclusion.
+    /// Topic of the verdict, such as a measure or an engine.
     pub topic: String,
     /// Conclusion in one short sentence that names its margin.
     pub sentence: String,
@@ -26,7 +26,7 @@ pub struct ComparedNumber {
     pub place: String,
     /// True if the difference is relative to the quantity.
     pub relative: bool,
-    /// Difference found, in the units of the quantity, or relative to it.
+    /// Measured difference, in the units of the quantity, or relative to it.
     pub difference: f64,
     /// Standard error of the difference, over replicas or blocks of time.
     pub standard_error: Option<f64>,

@@ -70,7 +70,7 @@ pub struct CaseOutline {
     pub cost: Cost,
     /// Choices that the program made for the case, with the reasons.
     pub choices: Vec<String>,
-    /// Warnings about the case, in words.
+    /// Warnings about the case, as sentences.
     pub warnings: Vec<String>,
     /// Work that a time estimate without measurement leaves out, in words.
     pub unknown: Vec<String>,
@@ -364,7 +364,7 @@ pub(crate) fn check_within(
     planned.collect()
 }
 
-/// Returns the measures of a case: the measures that it names, and the default ones.
+/// Returns the measures of a planned case: those that it names, and the default ones.
 ///
 /// # Errors
 /// [`PlanError`] names the option, or the unknown measure.

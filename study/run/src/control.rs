@@ -22,7 +22,7 @@ pub trait Progress: Sync {
     fn begin_point(&self, _point: usize, _name: &str, _work: ProgressEstimate) {}
 
     /// Reports the fraction of a part's work that is done, and its collisions since the last
-    /// report.
+    /// report. A part is the start or one engine of a replica.
     fn tell_share(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
 
     /// Reports in words what a slow part of a run spends its time on.
@@ -31,7 +31,7 @@ pub trait Progress: Sync {
     /// Reports that a sweep point is finished.
     fn end_point(&self, _point: usize) {}
 
-    /// Reports a note for the user.
+    /// Reports a note for the user, as text.
     fn show_note(&self, _text: &str) {}
 }
 
@@ -131,10 +131,10 @@ pub struct Control<'a, T> {
     content: PhantomData<fn(T)>,
 }
 
-/// Computing time since the last checkpoint below which a finished part is not saved.
+/// Computing time since the last checkpoint below which a finished part of a run is not saved.
 const WORTH_SAVING: Duration = Duration::from_secs(1);
 
-/// Shortest time between two rollback states \[s\].
+/// Shortest computing time between two rollback states of an interruptible run \[s\].
 const ROLLBACK_SECONDS: f64 = 1.0;
 /// Largest fraction of the computing time spent on rollback states.
 const ROLLBACK_SHARE: f64 = 0.02;

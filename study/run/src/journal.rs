@@ -46,7 +46,7 @@ pub(crate) fn name_of(worker: &str) -> String {
 /// Entry of a journal: replica number and the bytes of its record.
 pub(crate) type JournalEntry = (u64, Vec<u8>);
 
-/// Journal of a point, open for appending.
+/// Journal of the finished replicas of a sweep point, open for appending.
 pub(crate) struct Journal {
     path: PathBuf,
     owner: JournalOwner,

@@ -68,7 +68,7 @@ pub fn warning(topic: impl Into<String>, sentence: impl Into<String>) -> Verdict
     verdict(topic, sentence, VerdictKind::Warning)
 }
 
-/// Turns a verdict into a void one, whose sentence begins with the reason.
+/// Turns a verdict into a void one, with a sentence that begins with the reason.
 pub fn void(found: VerdictText, reason: &str) -> VerdictText {
     VerdictText {
         sentence: format!("Void, for {reason}: {}", found.sentence),
@@ -91,7 +91,7 @@ pub fn kind_of(found: Test) -> VerdictKind {
     }
 }
 
-/// Difference of two quantities at one time, or in one window or cell.
+/// Difference of two quantities at one time, or in one window or cell, with its interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// Difference with its confidence interval, simultaneous with all other findings of the
@@ -127,9 +127,9 @@ pub struct Comparison<'a> {
     pub a: &'a str,
     /// Title of the second engine, or name of a theory.
     pub b: &'a str,
-    /// Name of the compared quantity, such as "energy".
+    /// Name of the compared quantity in words, such as "energy".
     pub quantity: &'a str,
-    /// Unit in which the difference is stated.
+    /// Unit in which the verdict states the difference.
     pub unit: DifferenceUnit,
     /// Decision rule; its error probability is for all points of the comparison together.
     pub rule: VerdictRule,
@@ -278,7 +278,7 @@ impl Comparison<'_> {
     }
 }
 
-/// Times or span of the compared values.
+/// Times, or a single time span, of the compared values.
 #[derive(Clone, Copy, Debug)]
 pub enum Places<'a> {
     /// Times of the values, in the unit of time of the case.
@@ -301,7 +301,7 @@ impl Places<'_> {
 pub struct ComparedPair<'a> {
     /// Engines, quantity and decision rule, with a relative margin.
     pub comparison: Comparison<'a>,
-    /// Times or span of the compared values.
+    /// Times, or a single time span, of the compared values.
     pub places: Places<'a>,
 }
 

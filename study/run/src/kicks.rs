@@ -8,7 +8,7 @@ use crate::plan::{CasePlan, PlanError};
 /// Thermal bath of one replica, whose kicks are equal for all engines.
 pub(crate) struct StochasticDrive {
     bath: Bath,
-    /// Time between two kicks, in the unit of time of the case.
+    /// Time between two kicks of the bath, in the unit of time of the case.
     interval: f64,
     masses: Masses,
     dimension: usize,

@@ -37,13 +37,13 @@ pub trait Measure: Sync {
     /// [`BadOption`] names the first key that cannot be read.
     fn read_options(&self, plan: &CasePlan) -> Result<(), BadOption>;
 
-    /// Returns true if the measure is made in this case even if the case does not name it.
+    /// Returns true if the measure is made by default, without a table in the case.
     fn by_default(&self, _plan: &CasePlan) -> bool {
         false
     }
 
-    /// Returns true if the measure supports a uniform shear flow, where velocities are relative to
-    /// the flow and images move.
+    /// Returns true if the measure supports a uniform shear flow, in which velocities are relative
+    /// to the flow and periodic images move.
     fn knows_shear(&self) -> bool {
         false
     }
@@ -171,7 +171,7 @@ pub trait Measure: Sync {
 /// File of particle frames of one engine, for the player of the report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameFile {
-    /// Name of the engine.
+    /// Name of the engine whose particles the frames show.
     pub engine: String,
     /// Path of the frames file, relative to the results folder.
     pub file: String,
@@ -184,7 +184,7 @@ pub struct FrameFile {
 pub struct Needs {
     /// True if displacements of particles must be tracked.
     pub displacements: bool,
-    /// Number of particles of each species whose whole trajectories are kept, in gases without
+    /// Number of particles of each species whose whole trajectories are stored, in gases without
     /// positions.
     pub trajectories: usize,
 }
@@ -199,7 +199,8 @@ pub struct BadOption {
     pub allowed: String,
 }
 
-/// Measurement on one engine of one replica.
+/// Measurement on one engine of one replica: it observes collisions, samples the gas and keeps a
+/// record.
 pub trait Probe: Send {
     /// Returns the observer of collisions; `None` if the probe needs none.
     fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
@@ -279,7 +280,7 @@ pub fn chosen<O: DeserializeOwned + Default>(plan: &CasePlan, name: &str) -> O {
 #[serde(deny_unknown_fields, default)]
 pub struct NoOptions {}
 
-/// Fraction of the replicas after the first that a measure samples.
+/// Returns the share of the replicas after the first that a measure samples.
 pub(crate) fn share_of_others(measure: &dyn Measure, plan: &CasePlan) -> f64 {
     let others = 1..plan.case.replicas;
     let all = others.clone().count().max(1);
@@ -412,7 +413,7 @@ pub struct SampleContext<'a> {
     pub time: f64,
     /// Number of the replica, from 0.
     pub replica: u64,
-    /// Gas to be sampled.
+    /// Simulation of the gas to be sampled.
     pub simulation: &'a mut dyn Simulation,
     /// Kinetic energy added by a thermostat since the start \[energy\].
     pub heated: f64,
@@ -468,7 +469,7 @@ pub struct CompletedRun {
     pub probes: Vec<Box<dyn Probe>>,
     /// Work counters of the engine at the end.
     pub work: stosszahl_model::WorkCounters,
-    /// Largest memory of the engine \[bytes\].
+    /// Largest memory of the engine during the run \[bytes\].
     pub bytes: usize,
     /// Computing time of the run \[s\].
     pub seconds: f64,

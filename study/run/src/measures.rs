@@ -62,7 +62,7 @@ pub(crate) use structure_factor::last_structure_factor;
 /// Memory of the sums over one species at one time, in the records of time series \[bytes\].
 const KEPT_PER_SPECIES: f64 = 80.0;
 
-/// All measures, in the order of tables and reports.
+/// All measures of the program, in the order of tables and reports.
 pub const ALL: &[&dyn Measure] = &[
     &energy::EnergyMeasure,
     &series::TimeSeriesMeasure,
@@ -130,7 +130,7 @@ pub(crate) fn require_kept(plan: &CasePlan) -> Result<(), BadOption> {
     measure::require(false, "", allowed)
 }
 
-/// Meaning of the column `parts` of averages over time.
+/// Meaning of the table column `parts` of time averages, for documentation.
 const PARTS: &str = "Independent parts of the runs behind the errors, at least: blocks of time, or replicas where no blocks are long enough; \
                      intervals are Student's with one degree of freedom less";
 

@@ -12,7 +12,7 @@ use crate::start::error::{PlacementFailed, StartError};
 pub enum ExclusionRule {
     /// Point particles: their centres lie anywhere in the box outside obstacles.
     Points,
-    /// Particles that overlap neither walls nor obstacles.
+    /// Particles that overlap neither walls nor obstacles, but may overlap each other.
     Surfaces,
     /// Particles that overlap neither walls nor obstacles nor each other.
     Grains,

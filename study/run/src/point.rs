@@ -30,7 +30,7 @@ use crate::run::options::RunOptions;
 use crate::run::summary::PointSummary;
 use crate::start::StartReport;
 
-/// Fraction of collisions in cells with limited chi from which the limit is reported.
+/// Share of collisions in cells whose contact value chi is limited, from which a warning is given.
 const MANY_LIMITED: f64 = 0.1;
 
 /// Sweep point of a run with its plan and its place in the results folder.

@@ -1,4 +1,4 @@
-//! Question of a case: the measurement that answers it, and the column of the answer.
+//! Question of a case: which measurement answers it, and in which table and column the answer is.
 
 use stosszahl_results::{RunQuestion, Table, VerdictText, engine_title};
 

@@ -21,9 +21,9 @@ pub struct RankGroup {
 pub(crate) struct Call {
     /// Index of the sweep point.
     pub(crate) point: usize,
-    /// Number of the replica.
+    /// Number of the replica whose gas is held.
     pub(crate) replica: u64,
-    /// Name of the engine.
+    /// Name of the engine whose gas is held.
     pub(crate) engine: String,
 }
 

@@ -50,7 +50,7 @@ pub(crate) struct TaskContext<'a> {
     pub planned: &'a Planned<'a>,
     /// Folder of the sweep point, for checkpoints.
     pub folder: &'a Path,
-    /// Check that this process may still write checkpoints.
+    /// Callback that returns an error if this process may no longer write checkpoints.
     pub guard: &'a WriteGuard<'a>,
     /// Group of processes over which each gas in cells is decomposed; `None` if this process holds
     /// gases alone.

@@ -1,4 +1,4 @@
-//! Run of all points, replicas and engines of a case into a results folder.
+//! Execution of a case: all points, replicas and engines into a results folder.
 
 pub(crate) mod error;
 pub(crate) mod options;

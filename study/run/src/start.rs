@@ -34,7 +34,7 @@ const LEG: u64 = 4;
 const LEAST_LEG: u64 = 100_000;
 /// Deepest overlap of disks that counts as rounding \[diameters\].
 const OVERLAP_TOLERANCE: f64 = 1e-9;
-/// Branch of the random streams of the second and further sets of simulators.
+/// Branch of the random streams for the second and further sets of simulators.
 const SETS: u64 = 3;
 
 /// Report on the placement and equilibration of a start.
@@ -47,7 +47,7 @@ pub struct StartReport {
     /// True if the requested collisions happened, at least one, and no test failed; `None` if the
     /// case gives the start.
     pub equilibrated: Option<bool>,
-    /// Equilibration tests of the last block of collisions.
+    /// Outcomes of the equilibration tests on the last block of collisions.
     pub tests: Vec<EquilibriumTest>,
 }
 
@@ -60,7 +60,7 @@ pub struct Preparation {
     collisions: u64,
     bins: Vec<u64>,
     /// Time of the start \[engine time\], and true if the requested collisions have happened;
-    /// `None` while collisions are counted.
+    /// `None` while collisions are still counted.
     end: Option<(f64, bool)>,
     /// Bragg peaks, as reciprocal indices, of the lattice that must melt.
     reciprocal: Vec<[i32; 2]>,
@@ -237,8 +237,8 @@ fn order(plan: &CasePlan, stream: &mut impl Rng) -> Option<Vec<usize>> {
     Some(order)
 }
 
-/// Replaces the velocities of equilibrated disks by the initial ones, which equilibration has
-/// changed.
+/// Replaces the velocities of equilibrated disks by the initial ones of the case, which
+/// equilibration has changed.
 fn redrawn<C: Surface<Plane>>(
     plan: &CasePlan,
     surface: C,
@@ -582,8 +582,7 @@ pub(crate) fn pairs(plan: &CasePlan, per_particle: f64) -> u64 {
     (0.5 * per_particle * plan.count() as f64).ceil() as u64
 }
 
-/// Returns true if elastic dynamics equilibrates or tests the start of a case, which must be hard
-/// disks.
+/// Returns true if elastic dynamics equilibrates or tests the start of a case; only for hard disks.
 pub fn is_prepared(plan: &CasePlan) -> bool {
     plan.is_disk_fluid() || plan.dimension == 2 && plan.equilibration() > 0.0
 }

@@ -21,7 +21,7 @@ pub(crate) struct InMemoryRun<'a> {
     pub measures: &'a [&'static dyn Measure],
     /// Number of the replica.
     pub replica: u64,
-    /// Interrupt that stops the run at the next segment.
+    /// Interrupt that stops the run at the end of the current segment.
     pub stop: &'a Interrupt,
 }
 

@@ -174,7 +174,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         }
     }
 
-    /// Computes the moments of [`Self::evolve`] with velocities expanded to the given order in
+    /// Computes the states of [`Self::evolve`] with velocities expanded to the given order in
     /// Sonine polynomials. Order one is for Maxwellians whose velocities are forgotten
     /// exponentially, order two has fourth cumulants too, and so on. The difference to the order
     /// below shows how far the expansion can be trusted.

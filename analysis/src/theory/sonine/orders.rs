@@ -24,7 +24,7 @@ pub(super) fn check_orders(
     Ok(())
 }
 
-/// Returns the norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 +
+/// Computes the norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 +
 /// alpha))`, for p up to `most`.
 pub(super) fn norms(alpha: f64, most: usize) -> Vec<f64> {
     let mut norms = vec![1.0];

@@ -29,7 +29,7 @@ use super::series::{PowerSeries, Shape, Term, scaled, times};
 /// Largest Sonine order for rough particles.
 pub const MOST_ROUGH_ORDERS: usize = 3;
 
-/// State of a gas of rough particles at one time.
+/// State of a gas of rough particles at one time: temperatures and fourth cumulants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughMoment {
     /// Temperatures of translation and rotation \[energy\].

@@ -92,8 +92,8 @@ impl<const V: usize> Shape<V> {
         product
     }
 
-    /// Computes a real power of a polynomial whose constant term, which must be the first, is above
-    /// zero.
+    /// Computes a real power of a polynomial as a power series. The constant term must be the first
+    /// and above zero.
     ///
     /// With the Euler operator E, the sum of x d/dx over the variables, and Q = P^a,
     /// `P E Q = a Q E P`; power by power that is

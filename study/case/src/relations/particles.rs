@@ -7,7 +7,7 @@ use crate::error::brief_number;
 use crate::format::{DiameterDistribution, PlacementSpec, Rounding, UnitsSpec, VelocitiesSpec};
 
 impl Relations<'_> {
-    /// Checks that the number of particles is given in one way.
+    /// Checks that the number of particles is determined in exactly one way.
     pub(super) fn particles(&self) -> Checked {
         let case = self.case;
         let shares = case.species.iter().any(|one| one.share.is_some());

@@ -1,4 +1,4 @@
-//! Vector drawing in points: paths and lines of text, from which SVG and PDF are written.
+//! Vector drawing as paths and lines of text in points, from which SVG and PDF are written.
 //!
 //! Nothing is clipped by the file formats: lines are cut at the frame of their panel here, so that
 //! programs for drawings find plain paths, and drawings on one page need no identifiers.
@@ -69,7 +69,7 @@ pub(crate) enum Item {
 pub(crate) struct Text {
     /// Start of the text's base line \[pt\].
     pub at: [f64; 2],
-    /// True for text that runs upwards.
+    /// True for text that is turned by 90° and runs upwards.
     pub upwards: bool,
     /// Glyphs of the text with their places on the base line.
     pub glyphs: Vec<Glyph>,

@@ -39,7 +39,7 @@ pub(crate) struct Glyph {
 pub(crate) struct Line {
     /// Glyphs of the text, from the start of the line.
     pub glyphs: Vec<Glyph>,
-    /// Width of the line \[pt\].
+    /// Width of the line of text \[pt\].
     pub width: f64,
 }
 

@@ -1,4 +1,5 @@
-//! Labels as papers print them: oblique symbols, raised exponents, lowered indices, units.
+//! Formatting of labels as papers print them: oblique symbols, raised exponents, lowered indices,
+//! units.
 //!
 //! Reports write labels as plain text, such as `S_perp(k)`, `t/t0` or `<R²>`. Words stay upright,
 //! and so do units in square brackets.
@@ -19,7 +20,7 @@ pub(crate) enum Level {
 pub(crate) struct Run {
     /// Text of the run.
     pub text: String,
-    /// True for symbols of quantities, which are set in oblique letters.
+    /// True for symbols of quantities, which are printed in oblique letters.
     pub oblique: bool,
     /// Vertical level of the run.
     pub level: Level,

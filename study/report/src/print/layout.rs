@@ -16,7 +16,7 @@ const TICKS: [f64; 2] = [3.2, 1.8];
 const GAP: f64 = 3.0;
 /// Smallest gap between the numbers of two ticks \[pt\].
 const APART: f64 = 4.0;
-/// Margin of the drawing, for lines on its edge \[pt\].
+/// Margin around the drawing, for lines on its edge \[pt\].
 const MARGIN: f64 = 1.0;
 /// Width of a figure from which three panels stand in a row \[pt\].
 const WIDE: f64 = 340.0;
@@ -154,7 +154,7 @@ impl Arrangement<'_> {
             .fold(0.0, f64::max)
     }
 
-    /// Returns true if names on the horizontal axis do not fit next to each other.
+    /// Returns true if the names on the horizontal axis do not fit next to each other.
     fn names_are_crowded(&self) -> bool {
         let room = 0.8 * self.width / self.across as f64;
         self.drawn.panels.iter().any(|panel| match &panel.subject {

@@ -182,7 +182,7 @@ impl PlacedChart<'_> {
     }
 }
 
-/// Draws the cells of a map, and the obstacles over them.
+/// Draws the coloured cells of a map, and the obstacles over them.
 pub(crate) fn draw_map(
     canvas: &mut Canvas,
     map: &Map,
@@ -209,7 +209,7 @@ pub(crate) fn draw_map(
     draw_obstacles(canvas, map, obstacles, area);
 }
 
-/// Draws a colour bar, with its lowest colour at the lower end.
+/// Draws the colour bar of a map, with its lowest colour at the lower end.
 pub(crate) fn draw_bar(canvas: &mut Canvas, area: &Area) {
     for step in 0..STEPS {
         let [bottom, top] = [step, step + 1].map(|end| end as f64 / STEPS as f64);

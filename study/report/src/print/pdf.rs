@@ -244,7 +244,7 @@ fn share(part: u8) -> f32 {
     f32::from(part) / 255.0
 }
 
-/// Rounds a length to a hundredth of a point, as in SVG.
+/// Rounds a length to a hundredth of a point, as in SVG files.
 fn round(length: f64) -> f32 {
     (100.0 * length).round() as f32 / 100.0
 }

@@ -11,7 +11,7 @@ pub(crate) const FRAME: f64 = 0.6;
 const LINE: f64 = 0.9;
 /// Line width of error bars, marker outlines, and lines between markers \[pt\].
 pub(crate) const THIN: f64 = 0.6;
-/// Half the width of a marker \[pt\].
+/// Half the width of a data marker \[pt\].
 pub(crate) const MARKER: f64 = 1.8;
 /// Dash patterns of lines without markers \[pt\], in the order of use.
 const DASHES: [&[f64]; 8] = [

@@ -56,7 +56,7 @@ pub enum PartError {
     Elsewhere(Elsewhere),
 }
 
-/// Early end of a part in another process: a [`PartError`] in a form that can be sent.
+/// Early end of a part of a run in another process: a [`PartError`] in a form that can be sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Elsewhere {
     text: String,

@@ -17,7 +17,7 @@ pub(crate) const REPLICAS: [u64; 4] = [1, 4, 16, 64];
 /// Numerical setting of an engine with the results of its repeated runs.
 #[derive(Clone, Debug)]
 pub(crate) struct MeasuredSetting {
-    /// Numerical setting of the runs.
+    /// Numerical setting of the repeated runs.
     pub setting: RunSetting,
     /// Description of the setting in words.
     pub label: String,
@@ -28,7 +28,7 @@ pub(crate) struct MeasuredSetting {
     pub core_seconds: f64,
     /// Wall time of one run on one thread \[s\], median over the repetitions.
     pub wall_seconds: f64,
-    /// Largest memory of the engine \[bytes\].
+    /// Largest memory of the engine in a run \[bytes\].
     pub bytes: usize,
     /// Mean number of pair collisions of one run.
     pub collisions: f64,
@@ -66,8 +66,8 @@ impl MeasuredSetting {
         }
     }
 
-    /// Returns the quantity of a kind whose total error is largest with this many replicas, and its
-    /// accuracy; `None` if the accuracy of a quantity of the kind is unknown.
+    /// Returns the quantity of a kind whose total error is largest with `replicas` replicas, and
+    /// its accuracy; `None` if the accuracy of a quantity of the kind is unknown.
     pub(crate) fn worst(
         &self,
         kind: QuantityKind,
@@ -92,7 +92,7 @@ pub(crate) struct FrontierRow<'a> {
     /// Kind of the quantity. The prefix `largest-` marks the row of the quantity that has the
     /// largest error of its kind.
     pub name: String,
-    /// Quantity whose error the row states.
+    /// Quantity whose error is in the row.
     pub quantity: FrontierQuantity,
     /// Reference value of the quantity, from theory or from exact dynamics.
     pub reference: Reference,

@@ -63,7 +63,7 @@ pub(crate) struct Workshop<'a> {
     pub spent: Mutex<f64>,
     /// Callback for progress messages, with the run that has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
-    /// Number of groups of tasks executed so far; the tasks of a group have one system size.
+    /// Number of groups of tasks executed so far; a group has the tasks of one system size.
     pub groups: AtomicU64,
 }
 
@@ -99,7 +99,7 @@ impl Workshop<'_> {
         Ok(outcomes)
     }
 
-    /// Executes one task.
+    /// Executes one task: the runs of a setting for several replicas.
     ///
     /// # Errors
     /// As [`Self::run`].
@@ -187,7 +187,7 @@ struct Bench<'a> {
     jobs: &'a [(usize, u64)],
     /// Range of replicas whose initial states are kept for other settings.
     shared: Range<u64>,
-    /// Number of the group of tasks in this process.
+    /// Number of the current group of tasks in this process.
     group: u64,
     state: Mutex<State>,
 }

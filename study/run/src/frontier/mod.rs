@@ -57,7 +57,7 @@ pub struct FrontierOptions<'a> {
     pub folder: PathBuf,
     /// Folder in which reference ensembles are stored for later frontiers.
     pub cache: PathBuf,
-    /// Number of threads; each runs one replica at a time.
+    /// Number of threads of the measurement; each runs one replica at a time.
     pub threads: usize,
     /// Largest number of tests of a recommendation on fresh seeds.
     pub tests: u64,
@@ -79,15 +79,15 @@ pub struct Frontier {
     pub title: String,
     /// Sentence on the engine that meets the target at the least cost.
     pub headline: String,
-    /// Sentences: the recommendation for each group of engines, and the CPU time of the
+    /// Recommendations as sentences, one for each class of engines, and the CPU time of the
     /// measurement.
     pub conclusions: Vec<String>,
-    /// Description of the measurement and its reference.
+    /// Description of the measurement and its reference, in words.
     pub provenance: String,
     /// Settings that were not measured, each with the reason.
     pub left_out: Vec<String>,
-    /// Table of the largest error of each kind of quantity against core time, with its figure:
-    /// single runs, and the front of all numbers of replicas.
+    /// Table of the largest error of each kind of quantity against CPU time, with its figure:
+    /// single runs, and the Pareto front over all numbers of replicas.
     pub figure: Table,
     /// Lists for the report page.
     pub lists: Vec<WordTable>,

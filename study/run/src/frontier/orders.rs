@@ -19,7 +19,7 @@ const SEEN: f64 = 3.0;
 /// of convergence is rejected.
 const BAD: f64 = 3.0;
 
-/// Verdict on the order of convergence of a sequence of settings.
+/// Verdict on the theoretical order of convergence of a sequence of settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OrderVerdict {
     /// The theoretical order describes the values, and the error is significant.

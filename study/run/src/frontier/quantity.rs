@@ -19,7 +19,7 @@ use crate::unsaved::{collision_rate, energies, window};
 const DECADES: i32 = 2;
 /// Number of times in each decade at which the energy is compared.
 const TIMES_PER_DECADE: u64 = 3;
-/// Largest mode number `L/wavelength` of the structure factor at low k, and number of the
+/// Largest mode number `L/wavelength` of the structure factor at long waves, and number of the
 /// shells up to it.
 const LOW_WAVE_NUMBERS: i64 = 4;
 /// Measures that the runs of a frontier make.
@@ -74,8 +74,8 @@ impl QuantityKind {
         }
     }
 
-    /// Unit by which errors of this kind are divided: the reference value, or 1 for kinds whose
-    /// reference may be zero.
+    /// Returns the unit by which errors of this kind of quantity are divided: the reference value,
+    /// or 1 for kinds whose reference may be zero.
     pub(crate) fn unit(self, reference: f64) -> f64 {
         match self {
             Self::Energy | Self::CollisionRate | Self::Structure => reference,
@@ -142,8 +142,8 @@ pub(crate) fn quantities(plan: &CasePlan) -> Vec<FrontierQuantity> {
         .collect()
 }
 
-/// Returns the values of all quantities in a finished run, in the order of [`quantities`]; NaN
-/// where a run does not have one.
+/// Reads the values of all quantities from a finished run, in the order of [`quantities`]; NaN for
+/// a value that the run lacks.
 ///
 /// The wave numbers of S(k) are multiples of 2π over the side of the box, so S(k) compares with the
 /// case only in a box of its size: `whole`.
@@ -180,8 +180,8 @@ pub(crate) fn observe(
     values
 }
 
-/// Returns the theoretical value of a quantity, where theory is exact in the limit of a large gas;
-/// `None` elsewhere.
+/// Computes the theoretical value of a quantity, if theory is exact in the limit of a large gas;
+/// `None` otherwise.
 ///
 /// An elastic gas conserves its energy, is Maxwellian, collides at Enskog's rate and has uniform
 /// impact parameters. The contact value is right to 0.1 % up to packing 0.5, and N disks of

@@ -16,7 +16,7 @@ const MOST: u64 = 4096;
 pub(crate) struct SettingSearch<'a> {
     /// Measured settings to choose among.
     pub measured: &'a [MeasuredSetting],
-    /// Quantities that were measured.
+    /// Quantities whose errors were measured.
     pub quantities: &'a [FrontierQuantity],
     /// Reference values of the quantities, in their order.
     pub references: &'a [Reference],
@@ -33,7 +33,7 @@ pub(crate) struct SettingSearch<'a> {
 pub(crate) enum EngineGroup {
     /// Exact event-driven dynamics.
     EventDriven,
-    /// Any Monte Carlo scheme.
+    /// Monte Carlo, by any scheme.
     MonteCarlo,
 }
 
@@ -53,7 +53,7 @@ impl EngineGroup {
     }
 }
 
-/// Recommended setting and number of replicas.
+/// Recommendation for a class of engines: a setting and a number of replicas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Choice {
     /// Index of the recommended setting among the measured settings.

@@ -26,9 +26,10 @@ const BATCH: usize = 64;
 /// Reference value of a quantity, with its origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reference {
-    /// Reference value with its standard error, in the unit of the quantity.
+    /// Reference value and standard error, in the unit of the quantity.
     pub known: Known,
-    /// True if the value is from an ensemble of exact dynamics, and not from exact theory.
+    /// True if the reference value is from an ensemble of exact dynamics; false if it is from exact
+    /// theory.
     pub is_ensemble: bool,
 }
 

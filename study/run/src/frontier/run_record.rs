@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Result of one run of a setting: values of the quantities, and cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RunResult {
-    /// Values of all quantities of the frontier, in their order; NaN where the run has none.
+    /// Values of all quantities of the frontier in their order; NaN for a value that the run lacks.
     pub values: Vec<f64>,
     /// Number of pair collisions; those of simulators in Monte Carlo.
     pub collisions: u64,

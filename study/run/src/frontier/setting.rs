@@ -20,7 +20,7 @@ pub(crate) struct Refinement {
     pub sequence: &'static str,
     /// Refined parameter h of the setting, with which the error vanishes.
     pub h: f64,
-    /// Power of h by which the error vanishes, by theory.
+    /// Order of convergence: power of h by which the error vanishes, by theory.
     pub order: f64,
 }
 
@@ -78,7 +78,7 @@ impl RunSetting {
         }
     }
 
-    /// Returns true if the engine is event-driven.
+    /// Returns true if the setting's engine is event-driven.
     pub(crate) fn is_event_driven(&self) -> bool {
         matches!(self.engine.kind, EngineKind::EventDriven { .. })
     }

@@ -1,5 +1,5 @@
-//! Measurement of a whole frontier: reference, settings, front, orders, recommendations, and their
-//! texts.
+//! Measurement of a whole frontier: reference, settings, Pareto front, orders, recommendations, and
+//! their descriptions.
 
 use std::fs;
 use std::sync::Mutex;

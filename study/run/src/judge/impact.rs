@@ -89,10 +89,10 @@ impl ImpactTest {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpactWindows {
     /// Slope of each window with its confidence interval, simultaneous over the windows at half of
-    /// the level; `None` where the slope cannot be tested.
+    /// the error probability; `None` if the slope cannot be tested.
     pub slopes: Vec<Option<Interval>>,
-    /// Word of each window for tables: `uniform`, `grazing excess`, `central excess`, `uneven`, `undecided`, `one replica` or
-    /// `too few collisions`.
+    /// Outcome of each window in a word for tables: `uniform`, `grazing excess`, `central excess`,
+    /// `uneven`, `undecided`, `one replica` or `too few collisions`.
     pub words: Vec<&'static str>,
 }
 

@@ -7,7 +7,7 @@ use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 use super::{Comparison, DifferenceUnit, Finding, kind_of, rank};
 use crate::words::short;
 
-/// Measured value at one time, with the value of theory.
+/// Measured value at one time, with its error and the theoretical value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredPoint {
     /// Time of the sample, in the unit of time of the case.
@@ -26,7 +26,8 @@ pub struct MeasuredPoint {
 }
 
 impl MeasuredPoint {
-    /// Creates a point from an estimate and its theory; `None` unless both values are known.
+    /// Creates a measured point from an estimate with its theory; `None` unless both values are
+    /// known.
     pub fn from_estimate(time: f64, found: &TableEstimate) -> Option<Self> {
         Some(Self {
             time,
@@ -85,9 +86,9 @@ fn usable<'a>(
     (some, each)
 }
 
-/// Returns the point that decides the verdict on all points, with its interval and outcome: a point
-/// that differs comes before an undecided one, and this before one that agrees; among equals the
-/// largest bound decides.
+/// Returns the point that decides the verdict on all points, with its interval and outcome. A point
+/// that differs comes before an undecided one, and an undecided one before one that agrees; among
+/// equals the largest bound decides.
 pub fn worst<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
@@ -104,8 +105,8 @@ pub fn worst<'a>(
     })
 }
 
-/// Returns the bound by which points are ranked: the lower bound on the size of a difference, else
-/// the upper bound.
+/// Returns the bound by which points are ranked: the lower bound on the magnitude of a difference
+/// that was found, else the upper bound.
 pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
     match kind {
         VerdictKind::Differ => interval.least(),
@@ -148,7 +149,7 @@ pub fn verdict_within(off: &TableEstimate, rule: &VerdictRule) -> VerdictKind {
     kind_of(interval_of(off, rule.level).decide(rule))
 }
 
-/// Computes the confidence interval of an estimate that should be zero.
+/// Computes Student's confidence interval of an estimated difference that should be zero.
 pub fn interval_of(off: &TableEstimate, level: f64) -> Interval {
     let freedom = off.replicas.map(|replicas| replicas.saturating_sub(1));
     let value = off.value.unwrap_or(f64::NAN);

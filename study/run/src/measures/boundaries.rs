@@ -22,11 +22,12 @@ use crate::plan::{CasePlan, EnginePlan, SpeciesPlan};
 /// Measure `boundaries` of particles, momentum and energy that walls, obstacles and inflows give.
 pub struct BoundaryMeasure;
 
-/// Options of `[measure.boundaries]`.
+/// Options of `[measure.boundaries]`: number of time blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct BoundaryOptions {
-    /// Blocks of time at whose ends it is summed up. Default: those of `[measure.fields]`.
+    /// Time blocks at whose ends the fluxes of boundaries are recorded. Default: those of
+    /// `[measure.fields]`.
     blocks: Option<u64>,
 }
 
@@ -180,7 +181,8 @@ impl<'a> One<'a> {
         }
     }
 
-    /// Estimates a component of the mean force of a boundary on the gas, in the units of the case.
+    /// Estimates a component of the mean force that a boundary exerts on the gas, in the units of
+    /// the case.
     fn force(&self, name: &str, axis: usize) -> TableEstimate {
         let scale = self.plan.scale;
         let unit = scale.energy / scale.length / self.plan.time;

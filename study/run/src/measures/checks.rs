@@ -17,7 +17,7 @@ use crate::measure::{BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous;
 
-/// Measure that compares a gas without positions with theory.
+/// Measure `checks` that compares a gas without positions with kinetic theory.
 pub struct TheoryComparison;
 
 const NAME: &str = "checks";
@@ -90,7 +90,8 @@ enum Quantity {
     Decay,
 }
 
-/// Compared quantities with their names in tables, in the order of the verdicts.
+/// Quantities that are compared with theory and their names in tables, in the order of the
+/// verdicts.
 const QUANTITIES: [(Quantity, &str); 8] = [
     (Quantity::Energy, "energy"),
     (Quantity::Temperature, "temperature"),
@@ -134,7 +135,7 @@ impl Quantity {
 #[derive(Clone, Copy, Debug)]
 struct Row {
     quantity: Quantity,
-    /// Number of the species, from 0; `None` for the gas as a whole.
+    /// Index of the species, from 0; `None` for the gas as a whole.
     species: Option<usize>,
     point: MeasuredPoint,
     interval: Interval,
@@ -426,7 +427,7 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// Formats the deviation of a comparison with its species and time.
+    /// Formats the deviation from theory in a row, with its species and time.
     fn deviation_text(&self, row: &Row) -> String {
         // How far the velocities are from those that theory assumes.
         let before = |known: &&species::SpeciesRow| {

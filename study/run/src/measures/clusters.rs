@@ -176,14 +176,14 @@ impl Measure for ClusterMeasure {
 /// Size distribution: number of clusters by their number of monomers.
 type Sizes = BTreeMap<u32, u64>;
 
-/// State of the clusters of one replica at one time.
+/// Sample of the clusters of one replica at one time: counts, energy and counters.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Sample {
     particles: usize,
     energy: f64,
-    /// Number of clusters of one monomer.
+    /// Number of monomers: clusters of a single particle.
     single: u64,
-    /// Number of monomers of the largest cluster.
+    /// Size of the largest cluster \[monomers\].
     largest: u32,
     /// Mean cluster size, averaged over monomers: number of monomers in the cluster of a monomer.
     mean_by_mass: f64,
@@ -206,11 +206,11 @@ struct Half {
     sizes: Sizes,
 }
 
-/// Probe of the clusters of one replica.
+/// Record of the clusters of one replica, at all sample times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClusterRecord {
     samples: Vec<Sample>,
-    /// Size distributions, in the order of the requested times.
+    /// Cluster size distributions, in the order of the requested times.
     sizes: Vec<Sizes>,
     steady: [Half; 2],
 }

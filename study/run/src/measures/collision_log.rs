@@ -10,7 +10,7 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure that writes collisions one by one.
+/// Measure `collision_log` that writes collisions one by one.
 pub struct CollisionLog;
 
 /// Largest number of logged collisions that may be requested for one engine and replica.
@@ -18,18 +18,18 @@ const MOST: u64 = 1_000_000;
 /// Memory of a logged collision while tables and report are built \[bytes\].
 const ROW: f64 = 600.0;
 
-/// Options: range of collisions that are kept.
+/// Options of `[measure.collision_log]`: which collisions are kept.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CollisionLogOptions {
     /// Time from which collisions are kept.
     pub from: f64,
-    /// Collisions of each engine and replica that are kept: the first after `from`.
+    /// Largest number of collisions kept for each engine and replica: the first ones after `from`.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub most: u64,
-    /// Names of engines. Default: all.
+    /// Engines whose collisions are kept, by name. Default: all.
     pub engines: Option<Vec<String>>,
-    /// Numbers of replicas, from 0, or "all". Default: \[0\].
+    /// Replicas whose collisions are kept, by number from 0, or "all". Default: \[0\].
     pub replicas: Replicas,
 }
 
@@ -75,7 +75,7 @@ impl Row {
 /// Logged collisions of one engine and replica.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
-    /// Number of the replica; `None` before the beginning, and in replicas without a log.
+    /// Number of the replica; `None` before the start, and in replicas without a log.
     replica: Option<u64>,
     rows: Vec<Row>,
 }

@@ -26,7 +26,7 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure `contacts` of the statistics of colliding pairs.
 pub struct ContactMeasure;
 
-/// Windows, and the elastic twin.
+/// Options of `[measure.contacts]`: time windows, and the elastic twin.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactOptions {
@@ -422,7 +422,7 @@ impl Measure for ContactMeasure {
     }
 }
 
-/// Returns the contact sums of one time window, for each replica with its number of particles.
+/// Returns the contact sums of one time window in every replica, each with the number of particles.
 fn sums(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     let one = |one: &Observed| {
@@ -432,8 +432,8 @@ fn sums(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     known.map(one).collect()
 }
 
-/// Returns the contact sums of the elastic twins in one time window, for each replica with its
-/// number of particles.
+/// Returns the contact sums of the elastic twins for one time window in every replica, each with
+/// the number of particles.
 fn elastic(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     let one = |one: &Observed| {

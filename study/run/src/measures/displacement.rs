@@ -15,7 +15,7 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure `displacement` of the mean squared displacement.
 pub struct DisplacementMeasure;
 
-/// Options: begin of the measurement.
+/// Options of `[measure.displacement]`: begin of the measurement.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DisplacementOptions {

@@ -29,7 +29,7 @@ const SHOWN: f64 = 3400.0;
 /// Largest number of stored sums: cells times species times time blocks.
 const MOST_SUMS: usize = 20_000_000;
 
-/// Options of `[measure.fields]`.
+/// Options of `[measure.fields]`: cells, time blocks and windows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FieldOptions {
@@ -38,7 +38,8 @@ pub struct FieldOptions {
     /// Blocks of time that fields are kept for, and that their standard errors come from; a divisor of the number of samples.
     /// Default: the one nearest to 40.
     pub blocks: Option<u64>,
-    /// Windows of time that are listed besides the steady state; moved to the ends of blocks.
+    /// Time windows over which fields are averaged, besides the steady state; moved to the ends of
+    /// blocks.
     pub windows: Vec<[f64; 2]>,
 }
 

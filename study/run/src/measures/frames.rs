@@ -20,14 +20,16 @@ const LAST: usize = 150_000;
 /// Memory of one particle in a frame \[bytes\].
 const BYTES: f64 = 8.0;
 
-/// How many, and of how many particles.
+/// Options of `[measure.frames]`: number of frames, and of particles in each.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FrameOptions {
-    /// Frames, taken at times at which the run is sampled, the first and the last among them; 0 for none.
+    /// Number of frames, taken at times at which the run is sampled, the first and the last among
+    /// them; 0 for none.
     #[schemars(range(max = 1000))]
     pub number: usize,
-    /// Particles in each frame at most, a fair sample of all; the last frame has up to 150 000.
+    /// Largest number of particles in a frame, a fair sample of all; the last frame has up to
+    /// 150 000.
     #[schemars(range(min = 1, max = 150_000))]
     pub particles: usize,
 }
@@ -165,7 +167,7 @@ fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
 #[derive(Serialize, Deserialize)]
 pub(super) struct FrameReduction {
     crowd: Crowd,
-    /// Sums of weights, and of weights times squared speeds.
+    /// Totals over all particles, such as sums of weights and of weighted squared speeds.
     totals: Totals,
 }
 

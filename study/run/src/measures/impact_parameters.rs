@@ -27,7 +27,7 @@ use crate::power::ReplicaSpread;
 /// Measure `impact_parameters` of collisions in time windows.
 pub struct ImpactMeasure;
 
-/// Windows and bins.
+/// Options of `[measure.impact_parameters]`: time windows and bins.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImpactOptions {
@@ -35,28 +35,28 @@ pub struct ImpactOptions {
     /// on up to the end of the run; one window with walls, gravity or spins and in gases without
     /// positions.
     pub windows: Option<Spans>,
-    /// Bins of b/d.
+    /// Number of bins of b/d.
     pub bins: u64,
 }
 
-/// Windows as written.
+/// Time windows as given in a case: the whole run, or a list.
 #[derive(Clone, Debug, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(
     untagged,
     expecting = "a list of windows [[start, end], ...], or \"whole-run\""
 )]
 pub enum Spans {
-    /// One window from the start to the end of the run.
+    /// One time window from the start to the end of the run.
     Whole(WholeRun),
-    /// Start and end of each.
+    /// List of time windows, each with start and end.
     List(Vec<[f64; 2]>),
 }
 
-/// The word that stands for the whole run.
+/// Word that stands for the whole run as a time window.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WholeRun {
-    /// From the start to the end of the run.
+    /// Time window from the start to the end of the run.
     WholeRun,
 }
 
@@ -69,7 +69,8 @@ impl Default for ImpactOptions {
     }
 }
 
-/// Windows in units of the cooling time: 0 to 1, 5, 20, 100, 400 and so on up to the end.
+/// Returns the default time windows, in units of the cooling time: 0 to 1, 5, 20, 100, 400 and so
+/// on up to the end.
 fn default_windows(until: f64) -> Vec<[f64; 2]> {
     let mut windows = Vec::new();
     let (mut start, mut end) = (0.0, 1.0);
@@ -246,7 +247,7 @@ fn window<'a>(records: &[&'a Record], window: usize) -> Vec<&'a CollisionWindow>
     records.iter().map(|one| &one.windows[window]).collect()
 }
 
-/// Returns the number of collisions in each bin, summed over all replicas.
+/// Returns the number of collisions in each bin of b/d, summed over all replicas.
 fn counts(windows: &[&CollisionWindow]) -> Vec<u64> {
     let bins = windows.first().map_or(0, |window| window.bins.len());
     let count = |bin: usize| windows.iter().map(|window| window.bins[bin]).sum();

@@ -17,11 +17,11 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure `intermediate_scattering` of the function F(k, t).
 pub struct IntermediateScattering;
 
-/// Options: begin of the measurement and wave numbers.
+/// Options of `[measure.intermediate_scattering]`: begin of the measurement and wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScatteringOptions {
-    /// The time to which the density is compared.
+    /// Time of the density waves with which later ones are correlated.
     pub from: f64,
     /// Shells to measure, as whole numbers n: shell n has the modes whose |k| L/2π rounds to n, with
     /// the first side L of the box.

@@ -6,21 +6,21 @@ use serde::Deserialize;
 use crate::measure::{self, BadOption};
 use crate::plan::CasePlan;
 
-/// Replicas as written.
+/// Replicas as given in a case: all, or a list of numbers.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(untagged, expecting = "a list of replicas, from 0, or \"all\"")]
 pub enum Replicas {
-    /// All of them.
+    /// All replicas of the case.
     All(AllReplicas),
-    /// Their numbers, from 0.
+    /// List of numbers of replicas, from 0.
     List(Vec<u64>),
 }
 
-/// The word that stands for all replicas.
+/// Word that stands for all replicas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AllReplicas {
-    /// All replicas.
+    /// All replicas of the case.
     All,
 }
 

@@ -31,20 +31,21 @@ pub struct SnapshotMeasure;
 /// Largest number of snapshots of one engine that an interval may lead to.
 const MOST: f64 = 10_000.0;
 
-/// Options: times, engines, replicas, quantities and formats.
+/// Options of `[measure.snapshots]`: times, engines, replicas, quantities and formats.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SnapshotOptions {
-    /// Times. Default: the end of the run.
+    /// Times of the snapshots. Default: the end of the run.
     pub times: Option<Vec<f64>>,
-    /// Time between two, from the start on, in place of `times`.
+    /// Time between two snapshots, from the start on, in place of `times`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub interval: Option<f64>,
-    /// Names of engines. Default: all.
+    /// Engines whose particles are written, by name. Default: all.
     pub engines: Option<Vec<String>>,
-    /// Numbers of replicas, from 0, or "all". Default: \[0\].
+    /// Replicas whose particles are written, by number from 0, or "all". Default: \[0\].
     pub replicas: Replicas,
-    /// Quantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
+    /// Quantities of particles that are written next to positions. Default: `velocity`, `radius`
+    /// and `mass`, and the others where particles differ in them.
     pub quantities: Option<Vec<ParticleQuantity>>,
     /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of LAMMPS (`.dump`), GSD. Default: \["xyz"\].
     pub formats: Option<Vec<SnapshotFormat>>,
@@ -92,7 +93,7 @@ impl SnapshotOptions {
 /// Snapshot files of one engine and replica, in the order of time.
 type Records = Vec<SnapshotFiles>;
 
-/// Files of one snapshot, one for each format.
+/// Snapshot files of one engine at one time, one for each format.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct SnapshotFiles {
     /// Number of the replica, from 0.

@@ -20,15 +20,15 @@ pub struct HydrodynamicSpectra;
 /// Largest shell number, and largest number of modes in a shell.
 pub(super) const LARGEST: u64 = 2048;
 
-/// When, and at which wave numbers.
+/// Options of `[measure.spectra]`: times and wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpectraOptions {
-    /// Times. Default: the start and the end of the run.
+    /// Times at which spectra are measured. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
-    /// Time between looks from the start on, in place of `times`.
+    /// Time between two measurements of spectra, from the start on, in place of `times`.
     pub interval: Option<f64>,
-    /// Largest mode number L/wavelength.
+    /// Largest mode number L/wavelength of the spectra.
     pub largest_wave_number: u64,
     /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,
@@ -198,8 +198,8 @@ fn clock(plan: &CasePlan, time: f64) -> f64 {
     plan.cooling_logarithm(time, true).unwrap_or(time)
 }
 
-/// Returns true if the amplitudes of an engine start with the noise of its own simulators, as
-/// theory assumes.
+/// Returns true if the amplitudes of an engine start with the thermal noise of its own simulators,
+/// as theory assumes.
 fn starts_thermal(engine: &EnginePlan) -> bool {
     engine.copies() == 1
         || (engine.parameters())

@@ -15,7 +15,7 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure `steady_state` of the temperature of a heated gas.
 pub struct SteadyState;
 
-/// Number of equal parts of the run over which the temperature is averaged.
+/// Number of equal parts of the run, quarters, over which the temperature is averaged.
 const PARTS: usize = 4;
 
 /// Number of samples over the whole run of a gas without a bath.
@@ -36,7 +36,7 @@ struct Record {
     after: f64,
     /// Time of the last stop of the engine \[engine time\].
     last: f64,
-    /// Integral of the temperature over time in each quarter of the run; `durations` holds the time
+    /// Time integral of the temperature in each quarter of the run; `durations` holds the time
     /// covered.
     sums: [f64; PARTS],
     durations: [f64; PARTS],

@@ -21,7 +21,7 @@ use crate::plan::{CasePlan, EngineKind, EnginePlan};
 /// Measure `stress` of the pressure tensor of a gas in a box.
 pub struct StressMeasure;
 
-/// Span of time and its blocks.
+/// Options of `[measure.stress]`: time span of the averages and its blocks.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StressOptions {
@@ -29,11 +29,11 @@ pub struct StressOptions {
     /// that are heated, 0 for others.
     #[schemars(range(min = 0.0))]
     pub from: Option<f64>,
-    /// Blocks of time from there to the end of the run, from 2 to 10000.
+    /// Number of time blocks from `from` to the end of the run, from 2 to 10000.
     #[schemars(range(min = 2, max = 10_000))]
     pub blocks: u64,
-    /// Looks at the velocities in each block. Between two looks the kinetic part follows the
-    /// collisions.
+    /// Number of samples of the velocities in each block. Between two samples the kinetic part
+    /// follows the collisions.
     #[schemars(range(min = 1, max = 10_000))]
     pub looks: u64,
 }
@@ -205,8 +205,8 @@ fn estimates(
     })
 }
 
-/// Estimates a ratio of sums over replicas and time blocks; the standard error is the larger of the
-/// errors by replicas and by blocks. Blocks whose denominator is not above zero do not count.
+/// Estimates a ratio of sums over replicas and time blocks. The standard error is the larger of
+/// those by replicas and by blocks. Blocks whose denominator is not above zero do not count.
 fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> TableEstimate {
     let of_record = |record: &&StressRecorder| {
         let blocks = record.blocks().iter();

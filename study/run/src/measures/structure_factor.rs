@@ -22,27 +22,27 @@ pub(super) const OF_SIMULATORS: &str = "Of Monte Carlo with n simulators for eac
 /// Measure `structure_factor` of the function S(k).
 pub struct StructureFactors;
 
-/// How a particle is shared among the points of the grid.
+/// Assignment of a particle to the points of the density grid.
 #[derive(Clone, Copy, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sharing {
-    /// All of it to the nearest point.
+    /// Nearest grid point: the whole particle on the nearest point.
     NearestGridPoint,
-    /// Linearly among the four points around it.
+    /// Cloud in cell: linear shares on the four points around the particle.
     CloudInCell,
 }
 
-/// Options of the structure factor.
+/// Options of `[measure.structure_factor]`: times, grid and wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StructureFactorOptions {
-    /// Times. Default: the start and the end of the run.
+    /// Times at which S(k) is measured. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
-    /// How a particle is shared among the points of the grid.
+    /// Assignment of a particle to the points of the density grid.
     pub assignment: Sharing,
-    /// Divide out the shape of the assignment.
+    /// Correct S(k) for the shape of the assignment.
     pub correction: bool,
-    /// Largest mode number L/wavelength.
+    /// Largest mode number L/wavelength of S(k).
     pub largest_wave_number: u64,
 }
 
@@ -120,7 +120,7 @@ pub(super) fn species_pairs(plan: &CasePlan) -> Vec<([u64; 2], String)> {
 
 /// Species of each particle of a mixture, by particle index.
 pub(super) struct SpeciesOf {
-    /// Number of species; 0 in a gas of one species.
+    /// Number of species of the mixture; 0 in a gas of one species.
     count: usize,
     species: Vec<u32>,
 }
@@ -186,7 +186,7 @@ pub(super) fn by_time<T: 'static, K: CellValues, C: CellValues>(
     table
 }
 
-/// Structure factor at one time, of all particles and of each pair of species.
+/// Structure factors at one time, of all particles and of each pair of species.
 type Found = WithPairs<StructureFactor>;
 
 /// Returns the structure factor of all particles at the last time of a run; `None` if it was not

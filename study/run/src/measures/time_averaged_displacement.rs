@@ -24,7 +24,7 @@ const NAME: &str = "time_averaged_displacement";
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct PathOptions {
-    /// Particles of each species whose whole paths are kept.
+    /// Number of particles of each species whose whole paths are kept.
     #[schemars(range(min = 1, max = 1_000_000))]
     particles: u64,
 }
@@ -164,7 +164,7 @@ impl Probe for PathProbe {
 pub(super) struct PathRow {
     /// Lag between two times of a trajectory, in the unit of time of the case.
     pub lag: f64,
-    /// Number of the species, from 0.
+    /// Index of the species, from 0.
     pub species: usize,
     pub displacement: TableEstimate,
     /// Ergodicity breaking parameter: variance of the time averages of single trajectories over

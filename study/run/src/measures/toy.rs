@@ -240,7 +240,8 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     );
 }
 
-/// Speeds that fall as 1/(1 + t): K/K(0) = (1 + t)^-2 in both engines. Rounding: some ten operations.
+/// Tests the energy table on speeds that fall as 1/(1 + t): K/K(0) = (1 + t)^-2 in both engines.
+/// Rounding: some ten operations.
 #[test]
 fn energies_and_their_comparison() {
     let plan = disks("energy");
@@ -270,7 +271,8 @@ fn energies_and_their_comparison() {
     close(theory[3], plan.haff_ratio(4.0).expect("a law"), 0.0);
 }
 
-/// Turning velocities: C(t) = cos(w t); displacements: v^2 t^2.
+/// Tests velocity correlations and displacements on turning velocities: C(t) = cos(w t) and v^2
+/// t^2.
 #[test]
 fn correlations_and_displacements_of_known_motion() {
     let mut plan = disks("velocity_autocorrelation");
@@ -308,7 +310,8 @@ fn correlations_and_displacements_of_known_motion() {
     }
 }
 
-/// S(k) of the longest waves against direct sums, which the grid meets to (1/15)^4; g(r) against all pairs, exactly.
+/// Tests S(k) of the longest waves against direct sums, which the grid meets to (1/15)^4, and g(r)
+/// against all pairs, exactly.
 #[test]
 fn structure_against_plain_sums() {
     let plan = disks("structure_factor");
@@ -346,7 +349,7 @@ fn structure_against_plain_sums() {
     close(counted, pairs, 1e-9);
 }
 
-/// Known impact parameters in known windows, in the plane and in space.
+/// Tests known impact parameters in known windows, in the plane and in space.
 #[test]
 fn impact_parameters_are_counted_in_windows() {
     for dimension in [2, 3] {
@@ -394,7 +397,7 @@ fn impact_parameters_are_counted_in_windows() {
     }
 }
 
-/// Temperatures of two species by a plain sum, and a snapshot that reads back.
+/// Tests temperatures of two species against a plain sum, and that a snapshot reads back.
 #[test]
 fn species_and_snapshots() {
     let mut plan = plan(
@@ -450,7 +453,8 @@ fn species_and_snapshots() {
     assert_eq!(fields[8], toy.start.all[0].mass * plan.scale.mass);
 }
 
-/// Frames are at times at which the run is sampled anyway, the first and the last among them.
+/// Tests that frames are at times at which the run is sampled anyway, the first and the last among
+/// them.
 #[test]
 fn frames_are_at_times_of_samples() {
     let mut plan = plan(
@@ -483,7 +487,7 @@ fn frames_are_at_times_of_samples() {
     assert!((1..=24).contains(&frames[1].len()) && frames[1].share == 4.0);
 }
 
-/// Options that cannot be are refused by their key.
+/// Tests that invalid options are refused with their key.
 #[test]
 fn bad_options_are_named() {
     let bad = |measure: &dyn Measure, table: &str| {
@@ -507,7 +511,7 @@ fn bad_options_are_named() {
     assert_eq!(bad(&super::steady_state::SteadyState, ""), "");
 }
 
-/// Each measure has a name of its own, a schema and says what it is about.
+/// Tests that each measure has a unique name, a schema and a description.
 #[test]
 fn measures_are_described() {
     let mut names: Vec<&str> = super::ALL.iter().map(|one| one.name()).collect();

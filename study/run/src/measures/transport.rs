@@ -17,19 +17,19 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure `transport` of the transport coefficients of elastic disks.
 pub struct TransportMeasure;
 
-/// Default largest lag \[mean free times\].
+/// Default of the largest lag \[mean free times\].
 const LAG: f64 = 20.0;
 /// Largest allowed lag, as a share of the run.
 const LARGEST_SHARE: f64 = 0.25;
 
-/// Over which lags.
+/// Options of `[measure.transport]`: lags.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TransportOptions {
     /// Largest lag; coefficients are slopes from half of it on. Default: 20 mean free times, at
     /// most a quarter of the run.
     pub lag: Option<f64>,
-    /// Lags up to the largest, an even number.
+    /// Number of lags up to the largest, an even number.
     pub points: u64,
 }
 
@@ -143,7 +143,8 @@ impl Coefficient {
         }))
     }
 
-    /// Estimates the coefficient from the moments of all replicas, with its standard error.
+    /// Estimates the transport coefficient from the moments of all replicas, with its standard
+    /// error.
     fn estimate(&self, all: &[Vec<HelfandMoments>], points: usize) -> TableEstimate {
         mean_over_replicas(all.iter().map(|moments| self.slope(moments, points)))
     }

@@ -15,11 +15,11 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure `velocity_autocorrelation` of the function C(t).
 pub struct VelocityAutocorrelation;
 
-/// Options: begin of the measurement.
+/// Options of `[measure.velocity_autocorrelation]`: begin of the measurement.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AutocorrelationOptions {
-    /// The time to which velocities are compared.
+    /// Time of the velocities with which later ones are correlated.
     pub from: f64,
 }
 

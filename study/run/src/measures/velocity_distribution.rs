@@ -14,26 +14,27 @@ use crate::plan::{CasePlan, EnginePlan};
 /// Measure `velocity_distribution` over the thermal speed, with cumulants.
 pub struct VelocityDistributionMeasure;
 
-/// Counted quantity.
+/// Quantity whose distribution is measured: components or speed.
 #[derive(Clone, Copy, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Counted {
-    /// Each component, of either sign.
+    /// Velocity components, with their sign.
     #[default]
     Component,
-    /// The speed.
+    /// Speed: the magnitude of the velocity.
     Speed,
 }
 
-/// When, and in which bins.
+/// Options of `[measure.velocity_distribution]`: times and bins.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct VelocityDistributionOptions {
-    /// Times. Default: the start and the end of the run.
+    /// Times at which velocity distributions are measured. Default: the start and the end of the
+    /// run.
     pub times: Option<Vec<f64>>,
-    /// Counted quantity.
+    /// Quantity whose distribution is measured: components or speed.
     pub quantity: Counted,
-    /// Number of bins.
+    /// Number of bins of the histogram.
     pub bins: u64,
     /// Largest magnitude over the thermal speed sqrt(2 T/m).
     pub range: f64,

@@ -13,7 +13,7 @@ const TOUCHES: f64 = 1e-9;
 /// Confinement of particles: box, faces and obstacles.
 #[derive(Clone, Debug)]
 pub(crate) struct Confinement<S: Space> {
-    /// Box of the gas.
+    /// Box of the gas, with its sides.
     pub(crate) domain: Domain<S>,
     /// Faces of the box.
     pub(crate) walls: Walls<S>,

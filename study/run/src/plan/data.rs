@@ -24,10 +24,10 @@ pub struct CasePlan {
     pub case: Case,
     /// Dimension of space: 2 or 3.
     pub dimension: usize,
-    /// Species in the order of their particles; one in a gas of equal particles. Particles that
-    /// each have their own size are one species in a box, and groups of like size without one.
+    /// Species in the order of their particles; one in a gas of equal particles. Particles of
+    /// individual sizes are one species in a box, and several size groups without one.
     pub species: Vec<SpeciesPlan>,
-    /// Number of the species of each particle, if particles are not in the order of the species.
+    /// Index of the species of each particle, if particles are not sorted by species.
     pub species_numbers: Option<Arc<[u32]>>,
     /// Number of particle kinds of the engines in all species together, if each particle is a kind
     /// (radius, mass) of its own.
@@ -35,18 +35,18 @@ pub struct CasePlan {
     /// Size groups of particles for theory: the species, or several groups of like size for each,
     /// one species after the other.
     pub classes: Vec<SizeGroup>,
-    /// Theory of a gas without positions, computed on first use.
+    /// Theory of a gas without positions at the sample times, computed on first use.
     pub theory: OnceLock<Result<TheoryCurves, TheoryError>>,
-    /// Cached value of [`CasePlan::steady_state`].
+    /// Cached steady state of a self-heating gas, from [`CasePlan::steady_state`].
     pub(super) steady_state: OnceLock<Option<Moment>>,
-    /// Cached value of [`CasePlan::partial_temperatures`].
+    /// Cached temperatures of the species, from [`CasePlan::partial_temperatures`].
     pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
     /// Cached temperatures of a homogeneous rough gas at the sample times of the series: at
     /// Enskog's collision rate, and at that of a dilute gas.
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
     /// Particles, contact laws and external field, in the form of the engines.
     pub grains: ParticleSpec,
-    /// Law of restitution of colliding pairs.
+    /// Law of normal restitution of colliding pairs.
     pub law: Law,
     /// Coefficient of restitution: the constant one, or that at the mean approach speed of the
     /// start.
@@ -58,17 +58,17 @@ pub struct CasePlan {
     pub volume: f64,
     /// Sizes of the engine units of length, mass and energy.
     pub scale: UnitScale,
-    /// Unit of time of the case \[engine time\]. Engine time over this is the time of case files
-    /// and tables.
+    /// Unit of time of the case \[engine time\]. Times in case files and tables are engine times
+    /// divided by it.
     pub time: f64,
     /// Name of the unit of time of the case.
     pub time_unit: TimeUnit,
     /// Engines, in the order in which they are run and compared.
     pub engines: Vec<EnginePlan>,
-    /// Packing fraction: covered share of the volume that is not under obstacles; tracers cover
-    /// nothing.
+    /// Packing fraction: share of the volume not under obstacles that particles cover; tracers
+    /// cover nothing.
     pub packing_fraction: f64,
-    /// Contact value of Enskog's theory at the packing fraction of the plan.
+    /// Contact value chi of Enskog's theory at the packing fraction of the plan.
     pub contact_value: f64,
     /// Haff's cooling time of the start \[engine time\]; infinite in an elastic gas.
     pub haff_time: f64,
@@ -169,7 +169,7 @@ pub struct EnginePlan {
 pub enum EngineKind {
     /// Exact event-driven dynamics of disks.
     EventDriven {
-        /// Contact time of the TC model \[engine time\]; 0 is off.
+        /// Contact time of the TC model \[engine time\]; 0 without it.
         contact_time: f64,
         /// Largest number of collisions of the run; `None` without a limit.
         collision_limit: Option<u64>,
@@ -177,9 +177,9 @@ pub enum EngineKind {
         /// `None` without a limit.
         collision_rate_limit: Option<f64>,
     },
-    /// Monte Carlo in cells.
+    /// Monte Carlo in cells, with its parameters.
     MonteCarlo(stosszahl_dsmc::Parameters),
-    /// Monte Carlo without positions.
+    /// Monte Carlo without positions, with its selection of pairs.
     Homogeneous(SelectionSpec),
 }
 
@@ -210,7 +210,7 @@ impl CasePlan {
         self.species.iter().map(|species| species.count).sum()
     }
 
-    /// Converts a time of the case to engine time \[engine time\].
+    /// Converts a time of the case to engine time.
     pub fn engine_time(&self, time: f64) -> f64 {
         time * self.time
     }

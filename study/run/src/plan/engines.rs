@@ -58,7 +58,7 @@ pub(super) fn all_engines(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanEr
     Ok(list)
 }
 
-/// Default number of simulators in a cell of a flow.
+/// Default number of simulators per cell of a flow.
 const TEN: f64 = 10.0;
 /// Largest default number of simulators in total: some 100 MB.
 const MOST_SIMULATORS: f64 = 1_048_576.0;
@@ -76,7 +76,8 @@ const ENOUGH_IN_A_CELL: f64 = 50.0;
 /// The relative error is 0.3 over that number.
 const ENOUGH_FOR_ESMC: f64 = 64.0;
 
-/// Plans a Monte Carlo engine from the settings of the case and the defaults of its scheme.
+/// Plans a Monte Carlo engine in cells from the settings of the case and the defaults of its
+/// scheme.
 fn monte_carlo<S: Space>(
     plan: &mut CasePlan,
     name: &'static str,

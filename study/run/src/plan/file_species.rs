@@ -29,7 +29,7 @@ pub(super) struct FileSpecies {
     pub(super) masses: Vec<f64>,
     /// Index of the species of each particle.
     numbers: Vec<u32>,
-    /// Name of each species.
+    /// Name of each species in the file.
     pub(super) names: Vec<String>,
 }
 

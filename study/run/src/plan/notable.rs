@@ -17,7 +17,8 @@ use super::data::{CasePlan, DerivedQuantity, EngineKind, EnginePlan, SpeciesPlan
 pub(crate) const RATE_ERROR_IN_A_CELL: f64 = 1.0 / 3.0;
 /// Relative error of the collision rate of ESMC, times the simulators per particle.
 const RATE_ERROR_OF_ESMC: f64 = 0.3;
-/// Relative error of the kinetic energy over that of the collision rate: late in free cooling K is proportional to the rate to the -2.
+/// Relative error of the kinetic energy over that of the collision rate: late in free cooling K is
+/// proportional to the rate to the power -2.
 const ENERGY_OVER_RATE: f64 = 2.0;
 /// Number of simulators per cell below which profiles along walls or gravity are unreliable; the
 /// default is ten.

@@ -22,8 +22,8 @@ const DENSITIES: std::ops::RangeInclusive<f64> = 10.0..=5e4;
 /// Ratio of largest to smallest diameter from which exact dynamics is slower than its time
 /// estimate, because its cell grids fit the smallest disks.
 const UNLIKE: f64 = 2.0;
-/// Speed, in thermal speeds, at which a wall or the fall through the box drives the gas away from
-/// its start.
+/// Speed of a wall or of a fall through the box, in thermal speeds, from which the gas soon differs
+/// from its start.
 const DRIVEN: f64 = 2.0;
 
 /// Source of heat or motion in a flow: a wall, an obstacle or an inflow.

@@ -1,4 +1,4 @@
-//! Names of units of a case in SI: `m`, `kg`, `s` and `J` in place of `length`, `mass`, `time` and
+//! Unit names of a case in SI: `m`, `kg`, `s` and `J` in place of `length`, `mass`, `time` and
 //! `energy`.
 
 use std::borrow::Cow;

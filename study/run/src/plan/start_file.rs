@@ -120,9 +120,9 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
 
 /// Velocities of a start file for particles that are placed by the case.
 pub(super) struct Dealt {
-    /// Particles of the gas, by species.
+    /// Particles of the gas, sorted by species.
     pub(super) particles: SizedParticles,
-    /// Velocities and spins in the order of species, in the units of the case.
+    /// Velocities and spins from the file in the order of species, in the units of the case.
     pub(super) file: StartFile,
     /// Granular temperature of the velocities, in the units of the case \[energy\].
     pub(super) temperature: f64,

@@ -1,4 +1,4 @@
-//! Sample times of a run, and their checks.
+//! Sample times of a run and its time blocks: defaults, choices and checks.
 
 use super::data::{CasePlan, PlanError};
 

@@ -95,7 +95,7 @@ impl RunError {
         }
     }
 
-    /// Returns true if the gas itself cannot continue.
+    /// Returns true if the run ended because the gas itself cannot continue.
     pub(crate) fn is_of_gas(&self) -> bool {
         matches!(self, Self::Replica { source, .. } if source.is_of_gas())
     }

@@ -22,7 +22,7 @@ pub struct RunOptions<'a> {
     pub stop: &'a Interrupt,
     /// Receiver of progress reports of the run.
     pub progress: &'a dyn Progress,
-    /// Commit from which the program was built, for the manifest; may be empty.
+    /// Commit from which the program was built, for the manifest; empty if unknown.
     pub commit: &'a str,
 }
 

@@ -30,7 +30,7 @@ pub struct PointSummary {
     pub folder: PathBuf,
     /// True if the point was complete before this call.
     pub was_complete: bool,
-    /// Wall time of the point in this call \[s\].
+    /// Wall time spent on the point in this call \[s\].
     pub seconds: f64,
     /// Verdicts on the point, the most important first.
     pub verdicts: Vec<VerdictText>,

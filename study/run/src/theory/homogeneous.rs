@@ -259,12 +259,13 @@ pub struct GroupCurve {
     pub correlation: Predicted,
 }
 
-/// Theory of the gas at one sample time.
+/// Theory of the whole gas and of each species at one sample time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TheoryPoint {
     /// Kinetic energy over that of the start.
     pub energy_ratio: Predicted,
-    /// Mean number of collisions of a particle, over all particles that collide with each other.
+    /// Mean number of collisions of a particle since the start, over all particles that collide
+    /// with each other.
     pub collisions: Predicted,
     /// Mean squared displacement, averaged over all particles that collide with each other
     /// \[length^2\].
@@ -276,7 +277,7 @@ pub struct TheoryPoint {
 /// Theory of a case at all sample times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TheoryCurves {
-    /// Number of Sonine orders of the velocities.
+    /// Number of Sonine orders in the expansion of velocities.
     pub orders: usize,
     /// Theory in the order of the sample times; empty for a gas whose particles stick.
     pub at: Vec<TheoryPoint>,

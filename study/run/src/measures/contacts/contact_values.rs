@@ -134,7 +134,8 @@ impl Pair {
         })
     }
 
-    /// Estimates g(d+), the pair correlation at contact, from the flux of colliding pairs.
+    /// Estimates g(d+), the pair correlation at contact, from the flux of colliding pairs before
+    /// and after contact.
     fn total(&self, windows: &[FluxWindow]) -> Option<TableEstimate> {
         self.over_norm(windows, &|sums| sums.approaching + sums.separating)
     }

@@ -43,7 +43,7 @@ pub(super) fn is_channel(case: &Case) -> bool {
     entering(case).is_some() && open && walled && case.obstacle.is_empty()
 }
 
-/// Returns the inflow through the left face of a case, if it has one.
+/// Returns the inflow through the left face of a case; `None` if there is none.
 fn entering(case: &Case) -> Option<&InflowSpec> {
     case.inflow.iter().find(|inflow| inflow.face == "left")
 }

@@ -33,7 +33,7 @@ impl Row<'_> {
         }
     }
 
-    /// Returns the quantity in a column, with its standard error.
+    /// Returns the quantity in a column of the row, with its standard error.
     fn measured(&self, column: &str) -> TableEstimate {
         let error = self.number(&format!("{column}_se"));
         TableEstimate::with_error(self.number(column).unwrap_or(f64::NAN), error)

@@ -100,7 +100,7 @@ impl<'a> View<'a> {
     }
 
     /// Estimates numbers that the function `of` computes from the fields of some cells, in engine
-    /// units.
+    /// units, with errors.
     pub(super) fn derived<const N: usize>(
         &self,
         cells: &[usize],

@@ -5,21 +5,21 @@ use stosszahl_model::{Particle, Particles};
 
 use crate::plan::UnitScale;
 
-/// A quantity of each particle.
+/// Quantity of each particle in a snapshot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParticleQuantity {
-    /// Velocity \[length/time\].
+    /// Velocity of the particle \[length/time\].
     Velocity,
-    /// Radius \[length\].
+    /// Radius of the particle \[length\].
     Radius,
-    /// Mass.
+    /// Mass of the particle \[mass\].
     Mass,
-    /// Angular velocity \[1/time\].
+    /// Angular velocity of the particle \[1/time\].
     AngularVelocity,
-    /// Number of the species, from 0.
+    /// Number of the particle's species, from 0.
     Species,
-    /// Number of particles that it stands for.
+    /// Weight: number of particles that a simulator stands for.
     Weight,
 }
 
