@@ -313,7 +313,7 @@ pub struct JoinArguments {
     pub join: bool,
     /// With --join: seconds of silence after which a process is lost, and its work is done by
     /// others. One that dies on this machine is known at once.
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = patience, requires = "join")]
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = parse_lost_after, requires = "join")]
     pub lost_after: f64,
 }
 
@@ -326,7 +326,7 @@ impl JoinArguments {
 }
 
 /// Parses the seconds of silence after which a process counts as lost.
-fn patience(text: &str) -> Result<f64, String> {
+fn parse_lost_after(text: &str) -> Result<f64, String> {
     let found = text.parse::<f64>().ok();
     found
         .filter(|found| (1.0..=1e6).contains(found))

@@ -80,13 +80,13 @@ pub fn ended(done: Result<(), CommandError>) -> ExitCode {
         }
         // What was asked for is no error.
         CommandError::OutOfTime => {}
-        _ => explain(&error),
+        _ => print_error(&error),
     }
     ExitCode::from(error.exit_code())
 }
 
 /// Prints an error and its chain of causes, each cause once.
-fn explain(error: &CommandError) {
+fn print_error(error: &CommandError) {
     let mut said = error.to_string();
     note(&format!("error: {said}"));
     let mut cause = std::error::Error::source(error);
@@ -290,20 +290,20 @@ fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandErro
 /// Formats the estimated cost of one engine in one replica as a line of text.
 fn engine_cost(cost: &EngineCost, about: &str, seconds: f64) -> String {
     let tried = match cost.trials_per_collision {
-        Some(trials) => format!(", {} trials", scarce(trials * cost.collisions)),
+        Some(trials) => format!(", {} trials", format_rough(trials * cost.collisions)),
         None => String::new(),
     };
     format!(
         "{}: about {} collisions{tried}, {:.3} GiB of memory and {about} {} on one thread, in each replica",
         cost.name,
-        scarce(cost.collisions),
+        format_rough(cost.collisions),
         cost.bytes / 1_073_741_824.0,
         duration(seconds)
     )
 }
 
 /// Formats a rough number: whole below 1e4, with two significant digits above.
-fn scarce(number: f64) -> String {
+fn format_rough(number: f64) -> String {
     if number < 1e4 {
         format!("{number:.0}")
     } else {
@@ -361,11 +361,11 @@ pub fn measure_frontier(
         tell: &note,
     };
     let found = frontier(file, &options)?;
-    show(&found)
+    print_frontier(&found)
 }
 
 /// Prints the results of a frontier, and writes its report page.
-fn show(found: &frontier::Frontier) -> Result<(), CommandError> {
+fn print_frontier(found: &frontier::Frontier) -> Result<(), CommandError> {
     say(&found.headline)?;
     for sentence in &found.conclusions {
         say(sentence)?;

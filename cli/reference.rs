@@ -23,14 +23,14 @@ pub fn keys(schema: &Value) -> String {
     let mut tables = String::new();
     for (name, one) in properties(schema) {
         let mut rows = Vec::new();
-        walk(name, one, &mut rows);
+        add_rows(name, one, &mut rows);
         if rows.len() == 1 && rows[0].key == *name {
             alone.append(&mut rows);
             continue;
         }
         rows.retain(|row| row.key != *name);
         let _ = write!(tables, "\n## `{name}`\n\n{}\n", meaning(one));
-        let (rows, shared) = gathered(name, rows);
+        let (rows, shared) = merge_equal_tables(name, rows);
         if !shared.is_empty() {
             let names = shared.join("`, `");
             let _ = write!(tables, "\nNAME is one of `{names}`.\n");
@@ -115,7 +115,7 @@ fn choices(schema: &Value) -> Vec<&Value> {
 }
 
 /// Appends the rows of a key and, recursively, of all keys below it.
-fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
+fn add_rows(key: &str, schema: &Value, rows: &mut Vec<Row>) {
     let mut below = Vec::new();
     for one in choices(schema) {
         below.extend(properties(one).map(|(name, inner)| (format!("{key}.{name}"), inner)));
@@ -141,7 +141,7 @@ fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
         }
     }
     for (name, inner) in below {
-        walk(&name, inner, rows);
+        add_rows(&name, inner, rows);
     }
 }
 
@@ -204,7 +204,7 @@ fn meaning(schema: &Value) -> String {
 
 /// Merges the key tables of a section that have equal rows: they are written once, for `NAME`.
 /// Returns all rows, and the merged names.
-fn gathered(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
+fn merge_equal_tables(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
     let name = |row: &Row| -> Option<String> {
         let rest = row.key.strip_prefix(section)?.strip_prefix('.')?;
         Some(rest.split_once('.')?.0.to_owned())

@@ -135,14 +135,14 @@ fn finish(
         }
     }
     if is_brief && !printed.quiet {
-        say(&together(&summary.points))?;
+        say(&sweep_summary(&summary.points))?;
     }
     Ok(say(&page)?)
 }
 
 /// Summarises the verdicts of all points of a sweep in one sentence: the number of each kind, with
 /// intervals corrected for all points.
-fn together(points: &[PointSummary]) -> String {
+fn sweep_summary(points: &[PointSummary]) -> String {
     let first = |point: &PointSummary| headlines(&point.verdicts).first().copied().cloned();
     let heads: Vec<Option<VerdictText>> = points.iter().map(first).collect();
     let void = |one: &VerdictText| one.kind == VerdictKind::Void;

@@ -315,7 +315,7 @@ pub fn joint_quantile(rows: &[&[f64]], level: f64) -> f64 {
     let factor = nu / ((nu + 1.0) * (nu - 1.0)).sqrt() / std::f64::consts::PI;
     let steps: Vec<f64> = rows
         .windows(2)
-        .map(|pair| factor * angle(pair[0], pair[1]))
+        .map(|pair| factor * angle_between(pair[0], pair[1]))
         .collect();
     let chance = |far: f64| {
         let alone = 2.0 * student.sf(far);
@@ -340,7 +340,7 @@ pub fn joint_quantile(rows: &[&[f64]], level: f64) -> f64 {
 
 /// Angle \[rad\] between two rows of values, each taken as a vector of deviations from its mean;
 /// infinite if a row has no deviations.
-fn angle(a: &[f64], b: &[f64]) -> f64 {
+fn angle_between(a: &[f64], b: &[f64]) -> f64 {
     let mean = |row: &[f64]| row.iter().copied().collect::<RunningMoments>().mean();
     let (mean_a, mean_b) = (mean(a).unwrap_or(0.0), mean(b).unwrap_or(0.0));
     let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);

@@ -67,7 +67,7 @@ pub fn moment_of_chaos(order: i32, temperature: f64, reduced_mass: f64) -> f64 {
 
 /// Bias factor of a power of a measured temperature: its mean over that power of the true
 /// temperature, for `freedom` degrees of freedom.
-fn bias(power: f64, freedom: f64) -> f64 {
+fn power_bias(power: f64, freedom: f64) -> f64 {
     let half = 0.5 * freedom;
     (ln_gamma(half + power) - ln_gamma(half) - power * half.ln()).exp()
 }
@@ -338,7 +338,7 @@ impl ContactObserver {
                     let moment = moment_of_chaos(order, temperature, mass);
                     sums.before[index] += normal.powi(order);
                     sums.after[index] += collision.separation().powi(order);
-                    sums.chaos[index] += moment / bias(0.5 * f64::from(order), place.freedom);
+                    sums.chaos[index] += moment / power_bias(0.5 * f64::from(order), place.freedom);
                 }
                 // The mean of μ g² under chaos is (D + 1) T.
                 let mean = (self.dimension + 1) as f64 * temperature;

@@ -150,7 +150,7 @@ pub struct Helfand {
 }
 
 /// Computes the kinetic fluxes that a disk of velocity `v` carries.
-fn carried(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
+fn kinetic_fluxes(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
     let energy = 0.5 * mass * v.norm_squared();
     [
         mass * v.x * v.y,
@@ -182,7 +182,7 @@ impl Helfand {
         for velocity in &mut velocities {
             *velocity -= drift;
             energy += 0.5 * mass * velocity.norm_squared();
-            for (sum, one) in flux.iter_mut().zip(carried(mass, *velocity)) {
+            for (sum, one) in flux.iter_mut().zip(kinetic_fluxes(mass, *velocity)) {
                 *sum += one;
             }
         }
@@ -229,7 +229,8 @@ impl Helfand {
             disk.moved += disk.velocity * (self.now - disk.since);
             disk.since = self.now;
             disk.velocity += gain * (sign / self.mass);
-            let [old, new] = [before[side], disk].map(|one| carried(self.mass, one.velocity));
+            let [old, new] =
+                [before[side], disk].map(|one| kinetic_fluxes(self.mass, one.velocity));
             for (flux, (old, new)) in self.flux.iter_mut().zip(old.into_iter().zip(new)) {
                 *flux += new - old;
             }
@@ -269,7 +270,7 @@ impl Helfand {
 
     fn end_bin(&mut self) {
         self.bins += 1;
-        self.correlate();
+        self.add_bin_products();
         for (sums, before) in self.sums.iter_mut().zip(&self.history) {
             sums.starts += 1.0;
             let change = |part: usize, flux: usize| self.integrals[part][flux] - before[part][flux];
@@ -313,7 +314,7 @@ impl Helfand {
 
     /// Adds the products of the flux changes in the bin that ends and in each bin before it to the
     /// correlation sums.
-    fn correlate(&mut self) {
+    fn add_bin_products(&mut self) {
         let total = |integrals: &Integrals, flux: usize| integrals[0][flux] + integrals[1][flux];
         // The kinetic part of the pressure is that of the energy, which never changes.
         let given = |integrals: &Integrals, flux: usize| match flux {

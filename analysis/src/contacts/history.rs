@@ -98,7 +98,7 @@ impl History {
     }
 
     /// Returns true if a collision is recent enough to be in the buffer.
-    fn knows(&self, event: u64) -> bool {
+    fn is_stored(&self, event: u64) -> bool {
         event > 0 && event + (self.parents.len() as u64) > self.count
     }
 
@@ -108,7 +108,7 @@ impl History {
         for &event in &level[..*count] {
             for ago in self.parents[(event % self.parents.len() as u64) as usize] {
                 let parent = event - u64::from(ago);
-                if ago > 0 && self.knows(parent) && before.1 < WIDEST {
+                if ago > 0 && self.is_stored(parent) && before.1 < WIDEST {
                     before.0[before.1] = parent;
                     before.1 += 1;
                 }
@@ -122,7 +122,7 @@ impl History {
     fn ring(&self, parents: [u64; 2]) -> Option<usize> {
         // Levels 1, 2, ... of both pasts.
         let mut levels = parents.map(|event| {
-            let known = usize::from(self.knows(event));
+            let known = usize::from(self.is_stored(event));
             let mut level = [0; WIDEST];
             level[0] = event;
             vec![(level, known)]

@@ -128,7 +128,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
             let rest = end - self.x;
             let whole = self.step < rest;
             let step = if whole { self.step } else { rest };
-            let error = self.attempt(step);
+            let error = self.try_step(step);
             let lost = |x: f64| TheoryError::Integration { at: x, step };
             if self.work.steps + self.work.rejected > STEPS {
                 return Err(lost(self.x));
@@ -160,7 +160,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
 
     /// Tries an integration step: stores its result in `trial` and returns its error over the
     /// tolerance.
-    fn attempt(&mut self, step: f64) -> f64 {
+    fn try_step(&mut self, step: f64) -> f64 {
         let count = self.y.len();
         if self.fresh {
             let [first, ..] = &mut self.slopes;

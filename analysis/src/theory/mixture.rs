@@ -162,7 +162,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
     /// Computes the means of 1 + e and of its square over the collisions of a pair of species, e
     /// being the restitution. `spread` is the standard deviation of a component of the relative
     /// velocity.
-    fn means(&self, kinds: [u32; 2], spread: f64) -> [f64; 2] {
+    fn restitution_means(&self, kinds: [u32; 2], spread: f64) -> [f64; 2] {
         if self.constant {
             let once = 1.0 + self.law.pair_restitution(kinds, 1.0);
             return [once, once * once];
@@ -187,7 +187,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
                 continue;
             }
             let spread = (t / hit.mass + other / partner.mass).sqrt();
-            let [once, twice] = self.means([k as u32, i as u32], spread);
+            let [once, twice] = self.restitution_means([k as u32, i as u32], spread);
             let share = partner.mass / (hit.mass + partner.mass);
             let theta = (t * partner.mass + other * hit.mass) / (t * (hit.mass + partner.mass));
             let hits = base * spread;

@@ -21,7 +21,7 @@ pub enum CaseError {
         source: io::Error,
     },
     /// There is neither a file nor a bundled case of the given name.
-    #[error("{}: there is no such file, and no bundled case of that name{}; `stosszahl cases` lists them", path.display(), asked(*close))]
+    #[error("{}: there is no such file, and no bundled case of that name{}; `stosszahl cases` lists them", path.display(), did_you_mean(*close))]
     NoCase {
         /// Path or name of the case as given.
         path: PathBuf,
@@ -58,7 +58,7 @@ pub enum CaseError {
 }
 
 /// Formats the name of a similar bundled case as a question in parentheses; empty if there is none.
-fn asked(close: Option<&str>) -> String {
+fn did_you_mean(close: Option<&str>) -> String {
     close.map_or_else(String::new, |name| format!(" (did you mean {name}?)"))
 }
 
@@ -166,7 +166,7 @@ impl Refusal {
     /// Describes the error in words, without its position; with a suggested word if `suggest`.
     fn fault(&self, suggest: bool) -> String {
         let key = &self.key;
-        let close = asked(self.suggestion.as_deref().filter(|_| suggest));
+        let close = did_you_mean(self.suggestion.as_deref().filter(|_| suggest));
         match &self.fault {
             Fault::Syntax { message } => format!("this is not TOML: {message}"),
             Fault::UnknownKey { allowed } => {

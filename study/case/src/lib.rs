@@ -246,7 +246,7 @@ impl Format {
                 let problem = Problem::bad(&source.unwrap_or_default(), &value, allowed);
                 return Err(origins.refuse(problem));
             }
-            let case = titled(case, &overrides);
+            let case = with_title(case, &overrides);
             let setting = |one: sweep::ChosenValue| SweepSetting {
                 key: one.written,
                 value: one.value,
@@ -281,7 +281,7 @@ impl Format {
 
 /// Returns the case with its title: derived from the gas if none is given, and with the overridden
 /// keys of the gas added.
-fn titled(mut case: Case, overrides: &[Override]) -> Case {
+fn with_title(mut case: Case, overrides: &[Override]) -> Case {
     if case.title.is_empty() {
         case.title = case.derived_title();
         return case;

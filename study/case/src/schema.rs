@@ -205,7 +205,7 @@ impl Format {
                 };
                 let renamed = new_name(&below(key, name)).map(str::to_owned);
                 problem.suggestion =
-                    (renamed.or(close).or_else(inside)).or_else(|| self.elsewhere(name));
+                    (renamed.or(close).or_else(inside)).or_else(|| self.full_key_of(name));
                 return Err(problem);
             }
         }
@@ -225,7 +225,7 @@ impl Format {
 
     /// Returns the full name of the least deep key with the given last name; `None` if no table has
     /// one.
-    fn elsewhere(&self, name: &str) -> Option<String> {
+    fn full_key_of(&self, name: &str) -> Option<String> {
         let found = shallowest(&self.json, name)?;
         Some(match &found[..] {
             [alone] => format!("{alone}{OUTSIDE}"),

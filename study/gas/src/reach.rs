@@ -61,12 +61,12 @@ fn cools(gas: &Gas) -> bool {
     let may_add = law.max_added_speed() > 0.0 || matches!(law, Law::Pairs(_));
     let dissipates = !law.is_elastic() || gas.grains.rough.is_some();
     let is_still = gas.grains.gravity.is_none() && gas.grains.shear_rate.is_none();
-    dissipates && !may_add && is_still && heat(gas) == 0.0
+    dissipates && !may_add && is_still && wall_speed_squared(gas) == 0.0
 }
 
 /// Returns the squared speed that walls can give to particles, over that of a unit mass at
 /// temperature one; 0 without moving or hot walls.
-fn heat(gas: &Gas) -> f64 {
+fn wall_speed_squared(gas: &Gas) -> f64 {
     let faces = (0..gas.particles.dimension).flat_map(|axis| [(axis, 0), (axis, 1)]);
     let given = faces.map(|(axis, side)| match gas.walls.face(axis, side) {
         Face::Wall(wall) => {
@@ -94,7 +94,9 @@ fn events_per_time(gas: &Gas, engine: &dyn Simulation) -> f64 {
     let (diameter, mass) = (2.0 * mean(|one| one.radius), mean(|one| one.mass));
     let side = gas.volume.powf(1.0 / f64::from(dimension));
     let fall = gas.grains.gravity.map_or(0.0, |pull| pull.norm() * side);
-    let square = (engine.temperature() / mass).max(heat(gas)).max(fall);
+    let square = (engine.temperature() / mass)
+        .max(wall_speed_squared(gas))
+        .max(fall);
     let rate = count * diameter.powi(dimension - 1) / gas.volume;
     count * square.sqrt() * (rate + 1.0 / side)
 }

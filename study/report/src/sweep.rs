@@ -62,8 +62,8 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
         h1 { (sweep.title) }
         @if !question.text.is_empty() { p.lead { (question.text) } }
         p.lead { "A sweep of " (sweep.points.len()) " points, of which " (finished) " are finished. Each point has a report of its own." }
-        (page::warnings(&changed(sweep, &points)))
-        (tally(&points, &numbers))
+        (page::warnings(&changed_table_warnings(sweep, &points)))
+        (verdict_counts(&points, &numbers))
         @for (file, figure, drawn) in first { (next(&drawn, &figure, file)) }
         (overview(sweep, &points, &keys, &numbers))
         @if !others.is_empty() { h2 { "Against what was swept" } }
@@ -106,7 +106,13 @@ fn question(points: &[Option<Stored>]) -> RunQuestion {
 fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<Named>; 3] {
     let question = question(points);
     let all: Vec<(Table, &Figure, String)> = (common(points).into_iter())
-        .map(|(like, figure, file)| (gather(sweep, points, keys, like, figure), figure, file))
+        .map(|(like, figure, file)| {
+            (
+                rows_at_all_points(sweep, points, keys, like, figure),
+                figure,
+                file,
+            )
+        })
         .collect();
     let answers = |table: &Table, figure: &Figure| {
         table.name == question.table && figure.y.column == question.column
@@ -164,7 +170,7 @@ pub(crate) fn at_each_point(
     let keys = keys(sweep);
     let drawn = common(&points).into_iter();
     let drawn = drawn.map(|(like, figure, _)| {
-        let gathered = gather(sweep, &points, &keys, like, figure);
+        let gathered = rows_at_all_points(sweep, &points, &keys, like, figure);
         (gathered, at_each(figure))
     });
     Ok(drawn.collect())
@@ -192,7 +198,7 @@ fn conclusion(stored: &Stored) -> Option<&VerdictText> {
 }
 
 /// Builds warnings about tables whose files differ from the manifests of their points.
-fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
+fn changed_table_warnings(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     let both = sweep.points.iter().zip(points);
     let files = both.flat_map(|(point, stored)| {
         let files = stored.iter().flat_map(|stored| &stored.changed);
@@ -219,7 +225,7 @@ fn corrections(points: &[Option<Stored>]) -> Numbers {
 
 /// Builds the count of points by verdict, from corrected intervals; void points are listed
 /// separately.
-fn tally(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
+fn verdict_counts(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     let mut kinds: Vec<(VerdictKind, usize)> = Vec::new();
     for (stored, number) in points.iter().zip(numbers) {
         let kind = match (stored, number) {
@@ -330,7 +336,7 @@ fn link(name: &str) -> String {
 
 /// Gathers the rows of one table at all points; of a figure with panels, only those of the last
 /// panel.
-fn gather(
+fn rows_at_all_points(
     sweep: &Sweep,
     points: &[Option<Stored>],
     keys: &[&String],

@@ -85,7 +85,7 @@ pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, Repor
     let data = json!({
         "engines": reels.iter().map(|reel| engine_title(&reel.engine)).collect::<Vec<_>>(),
         "times": times.iter().map(|time| format!("t = {}", number(*time, 4))).collect::<Vec<_>>(),
-        "frames": all, "fastest": FASTEST, "steps": STEPS, "obstacles": obstacles(manifest), "packed": packed.deflated(),
+        "frames": all, "fastest": FASTEST, "steps": STEPS, "obstacles": obstacles(manifest), "packed": packed.compressed_base64(),
     });
     Ok(Player {
         data: if times.is_empty() {
@@ -188,8 +188,8 @@ impl Packed {
                 continue;
             };
             let base = before.filter(|before| before.len() == frame.len());
-            self.places(&frame.x, base.map(|base| &base.x));
-            self.places(&frame.y, base.map(|base| &base.y));
+            self.pack_coordinates(&frame.x, base.map(|base| &base.x));
+            self.pack_coordinates(&frame.y, base.map(|base| &base.y));
             for plane in [&frame.direction, &frame.pace, &frame.size, &frame.met] {
                 self.0.extend_from_slice(plane);
             }
@@ -203,7 +203,7 @@ impl Packed {
     }
 
     /// Packs the coordinates of a frame, or their changes from the frame before, high bytes first.
-    fn places(&mut self, now: &[u8], before: Option<&Vec<u8>>) {
+    fn pack_coordinates(&mut self, now: &[u8], before: Option<&Vec<u8>>) {
         let word = |bytes: &[u8], i: usize| u16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]);
         let changed: Vec<u16> = (0..now.len() / 2)
             .map(|i| word(now, i).wrapping_sub(before.map_or(0, |before| word(before, i))))
@@ -215,7 +215,7 @@ impl Packed {
     }
 
     /// Compresses the packed bytes by `deflate` and returns them as Base64 text.
-    fn deflated(&self) -> String {
+    fn compressed_base64(&self) -> String {
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
         // Writing to memory cannot fail.
         let bytes = encoder.write_all(&self.0).and_then(|()| encoder.finish());

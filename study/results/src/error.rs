@@ -110,7 +110,7 @@ pub enum ResultsError {
         path: PathBuf,
     },
     /// Files that the run has written are missing.
-    #[error("{}: {}, which this run has written; use --force to run it again", path.display(), absent(files))]
+    #[error("{}: {}, which this run has written; use --force to run it again", path.display(), missing_files(files))]
     Lost {
         /// Path of the results folder.
         path: PathBuf,
@@ -241,7 +241,7 @@ impl ResultsError {
 }
 
 /// Formats a list of missing files for a message.
-fn absent(files: &[String]) -> String {
+fn missing_files(files: &[String]) -> String {
     match files {
         [one] => format!("{one} is missing"),
         _ => format!("{} are missing", files.join(", ")),

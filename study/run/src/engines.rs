@@ -247,7 +247,7 @@ fn made(
             let boundaries = plan.exact_boundaries(streams)?;
             Ok(match from {
                 From::Start(start) => {
-                    let start = starts(plan, start, 1, streams, interrupt)?;
+                    let start = initial_states(plan, start, 1, streams, interrupt)?;
                     stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &start[0])?
                 }
                 From::Checkpoint(bytes, _) => {
@@ -273,7 +273,7 @@ fn made(
                     } else {
                         engine.copies() as u64
                     };
-                    let sets = starts(plan, start, sets, streams, interrupt)?;
+                    let sets = initial_states(plan, start, sets, streams, interrupt)?;
                     match call() {
                         Some(ranks) => stosszahl_dsmc::simulate_distributed(&gas, &sets, ranks)?,
                         None => stosszahl_dsmc::simulate(&gas, &sets)?,
@@ -317,7 +317,7 @@ fn made(
                     .iter()
                     .position(|one| one.tracer)
                     .map(|one| one as u32),
-                sticking: rule(plan),
+                sticking: aggregation_rule(plan),
                 displacements: needs.displacements,
                 paths: (needs.trajectories, &groups),
                 streams,
@@ -332,7 +332,7 @@ fn made(
 
 /// Returns the initial states of `sets` sets of simulators: the prepared one, or new ones. A single
 /// prepared state is not copied.
-fn starts<'a>(
+fn initial_states<'a>(
     plan: &CasePlan,
     prepared: Option<&'a Particles>,
     sets: u64,
@@ -359,7 +359,7 @@ fn branch(plan: &CasePlan, scheme: Scheme) -> u64 {
 }
 
 /// Returns the rule of aggregation and fragmentation of the case; `None` without one.
-fn rule(plan: &CasePlan) -> Option<AggregationRule> {
+fn aggregation_rule(plan: &CasePlan) -> Option<AggregationRule> {
     let written = plan.case.aggregation.as_ref()?;
     let threshold = |energy: Option<f64>, speed: Option<f64>, part| Threshold {
         limit: match speed {

@@ -53,7 +53,7 @@ pub fn run_joined(
         .build()?;
     let queue = TaskQueue::new(&jobs, options, folder, worker)?;
     thread::scope(|scope| {
-        for _ in 0..slots(&planned, threads) {
+        for _ in 0..concurrent_replicas(&planned, threads) {
             scope.spawn(|| queue.work(&pool));
         }
     });
@@ -73,7 +73,7 @@ pub fn run_joined(
 }
 
 /// Returns the number of replicas that run concurrently, so that each thread has an engine.
-fn slots(planned: &[Planned<'_>], threads: usize) -> usize {
+fn concurrent_replicas(planned: &[Planned<'_>], threads: usize) -> usize {
     let engines = planned.iter().map(|one| one.plan.engines.len()).min();
     (threads / engines.unwrap_or(1).max(1)).max(1)
 }

@@ -88,12 +88,12 @@ fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usiz
     if bytes[8..HEADER] != owner.run {
         return Err(Wrong::Run);
     }
-    let (all, end) = frames(&bytes[HEADER..], owner)?;
+    let (all, end) = parse_frames(&bytes[HEADER..], owner)?;
     Ok((all, HEADER + end))
 }
 
 /// Parses consecutive journal entries. Returns them and the end of the last whole one, or an error.
-fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
+fn parse_frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
     let (mut all, mut end) = (Vec::new(), 0);
     while let Some((head, rest)) = bytes[end..].split_at_checked(FRAME) {
         let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
@@ -185,7 +185,7 @@ impl Journal {
         let read = if offset == 0 {
             entries(&bytes, owner)
         } else {
-            frames(&bytes, owner)
+            parse_frames(&bytes, owner)
         };
         let (all, end) = read.map_err(|wrong| wrong.file_error(path, bytes.len()))?;
         Ok((all, offset + end as u64))

@@ -112,7 +112,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
             }
             let mut trial = S::Vector::default();
             for axis in 0..S::DIMENSION {
-                let [low, high] = self.span(axis, radius);
+                let [low, high] = self.centre_range(axis, radius);
                 trial[axis] = low + (high - low) * stream.random::<f64>();
             }
             if self.is_free(trial, radius) {
@@ -132,7 +132,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
     }
 
     /// Returns the range of the centre of a particle along an axis \[length\].
-    fn span(&self, axis: usize, radius: f64) -> [f64; 2] {
+    fn centre_range(&self, axis: usize, radius: f64) -> [f64; 2] {
         let edge = |side: usize| self.clearance(axis, side, radius);
         let (low, high) = (edge(0), self.size[axis] - edge(1));
         let Some(region) = self.region else {

@@ -308,7 +308,10 @@ impl Job<'_> {
     }
 
     /// Separates the results of the replicas into those of successful ones, in order, and failures.
-    fn sort(&self, replicas: Vec<Result<Replica, RunError>>) -> Result<Done, RunError> {
+    fn separate_failures(
+        &self,
+        replicas: Vec<Result<Replica, RunError>>,
+    ) -> Result<Done, RunError> {
         let plan = &self.planned.plan;
         let mut done = Done {
             finished: plan.engines.iter().map(|_| Vec::new()).collect(),
@@ -384,7 +387,7 @@ impl Job<'_> {
             options,
         } = *self;
         let plan = &planned.plan;
-        let all = self.sort(replicas)?;
+        let all = self.separate_failures(replicas)?;
         let mut warnings = plan.warnings.clone();
         warnings.extend(
             all.failed
@@ -392,7 +395,7 @@ impl Job<'_> {
                 .map(|error| format!("{error}; this replica is left out of all tables")),
         );
         let engines = work(plan, &all.finished);
-        warnings.extend(limited(&engines));
+        warnings.extend(chi_limit_warnings(&engines));
         let mut tables: Vec<Table> = Vec::new();
         let (mut snapshots, mut frames) = (Vec::new(), Vec::new());
         let mut verdicts: Vec<VerdictText> = judge::start(&unequilibrated(&all.starts))
@@ -554,7 +557,7 @@ fn work(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Vec<EngineWork> {
 }
 
 /// Creates warnings about engines whose contact value chi was limited in many collisions.
-fn limited(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
+fn chi_limit_warnings(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
     engines.iter().filter_map(|engine| {
         let share = engine.work.get("share_of_collisions_in_limited_cells").copied()?;
         (share > MANY_LIMITED).then(|| {

@@ -231,7 +231,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         let mut found = vec![vec![Vec::with_capacity(STARTS); temperatures.len()]; lags.len()];
         for number in 0..STARTS {
             let begin = unit * (width * number as f64).exp_m1();
-            let fresh = system.anew(problem.advance(begin)?);
+            let fresh = system.with_displacements_reset(problem.advance(begin)?);
             let mut own = system.problem(begin, fresh);
             for (&lag, found) in lags.iter().zip(&mut found) {
                 let moment = system.moment(begin + lag, own.advance(begin + lag)?);
@@ -271,7 +271,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         let shift = if orders < SHIFTED {
             0.0
         } else {
-            SHIFT * self.dissipation(temperatures)
+            SHIFT * self.largest_dissipation(temperatures)
         };
         let fastest = (0..temperatures.len())
             .map(|k| self.rates(k, temperatures).velocity)
@@ -292,7 +292,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
 
     /// Computes the largest share `1 - e^2` of its normal energy that any pair of species loses at
     /// its thermal speed.
-    fn dissipation(&self, temperatures: &[f64]) -> f64 {
+    fn largest_dissipation(&self, temperatures: &[f64]) -> f64 {
         let count = temperatures.len();
         let pairs = (0..count).flat_map(|k| (0..count).map(move |i| [k, i]));
         pairs
@@ -367,7 +367,7 @@ impl<R: Restitution> System<'_, R> {
 
     /// Computes `<v . v L_p>` over `D T/m` of the reference temperature: `(2/D)(p + D/2) N_p (a_p -
     /// a_(p+1))`.
-    fn flight(&self, p: usize, a: impl Fn(usize) -> f64) -> f64 {
+    fn flight_moment(&self, p: usize, a: impl Fn(usize) -> f64) -> f64 {
         let half = 0.5 * self.dimension();
         (p as f64 + half) / half * self.norms[p] * (a(p) - a(p + 1))
     }
@@ -381,13 +381,15 @@ impl<R: Restitution> System<'_, R> {
             start.extend([(t / layout.ratio()).ln(), 0.0, 0.0]);
             start.extend((2..=layout.orders).map(maxwellian));
             start.extend(vec![0.0; layout.orders]);
-            start.extend((0..layout.orders).map(|p| self.flight(p, maxwellian) / layout.ratio()));
+            start.extend(
+                (0..layout.orders).map(|p| self.flight_moment(p, maxwellian) / layout.ratio()),
+            );
         }
         start
     }
 
     /// Returns the integrated values with displacements reset to zero, for a new start time.
-    fn anew(&self, y: &[f64]) -> Vec<f64> {
+    fn with_displacements_reset(&self, y: &[f64]) -> Vec<f64> {
         let layout = self.layout;
         let mut fresh = y.to_vec();
         for values in fresh.chunks_mut(layout.len()) {
@@ -510,7 +512,7 @@ impl<R: Restitution> System<'_, R> {
                 change[at + p] -= rate * (p as f64 * own[at + p] - (p as f64 + 0.5 * d) * below);
             }
             change[layout.displaced() + p] +=
-                speed / self.speeds[k] / self.unit * self.flight(p, a);
+                speed / self.speeds[k] / self.unit * self.flight_moment(p, a);
         }
     }
 }

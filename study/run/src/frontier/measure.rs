@@ -468,7 +468,7 @@ impl<'a> Runner<'a> {
             stop: self.interrupt,
         };
         let mut begin = || {
-            let (state, seconds) = timed(spent, || run.make_start());
+            let (state, seconds) = run_timed(spent, || run.make_start());
             let state = state.map_err(|error| format!("start: {error}"))?;
             Ok::<_, String>((state, seconds))
         };
@@ -483,7 +483,7 @@ impl<'a> Runner<'a> {
             &own
         };
         let engine = engine(order.kind.clone());
-        let (finished, seconds) = timed(spent, || run.run_engine(&engine, start));
+        let (finished, seconds) = run_timed(spent, || run.run_engine(&engine, start));
         let finished = finished.map_err(|error| error.to_string())?;
         let whole = plan.count() == self.plan.count();
         let steps = finished.work.numbers.get("steps").copied().unwrap_or(0.0);
@@ -512,7 +512,7 @@ impl<'a> Runner<'a> {
 
 /// Runs `work`, adds its CPU time to `spent`, and returns its result with its CPU and wall time
 /// \[s\].
-fn timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
+fn run_timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
     let (cpu, wall) = (ThreadTime::now(), Instant::now());
     let done = work();
     let seconds = [cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64()];

@@ -85,7 +85,7 @@ impl<'a> SettingSearch<'a> {
     /// Returns the systematic and statistical error of a setting in the quantity with this index.
     /// Exact dynamics of the whole case is given no systematic error against a reference ensemble
     /// of exact dynamics: the difference of their means is noise of both.
-    fn judged(&self, one: &MeasuredSetting, index: usize) -> Option<SettingAccuracy> {
+    fn accuracy_of(&self, one: &MeasuredSetting, index: usize) -> Option<SettingAccuracy> {
         let found = one.accuracies[index]?;
         let same = one.setting.is_reference(self.disks) && self.references[index].is_ensemble;
         Some(if same {
@@ -116,9 +116,11 @@ impl<'a> SettingSearch<'a> {
         let choice = |(index, one): (usize, &MeasuredSetting)| {
             let runs = self
                 .wanted()
-                .map(|place| self.judged(one, place)?.runs_for(self.error, MOST));
+                .map(|place| self.accuracy_of(one, place)?.runs_for(self.error, MOST));
             let replicas = runs.collect::<Option<Vec<u64>>>()?.into_iter().max()?;
-            let found = self.wanted().filter_map(|place| self.judged(one, place));
+            let found = self
+                .wanted()
+                .filter_map(|place| self.accuracy_of(one, place));
             Some(Choice {
                 index,
                 replicas,

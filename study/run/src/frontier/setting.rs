@@ -272,7 +272,7 @@ pub(crate) fn settings_around(plan: &CasePlan) -> Vec<RunSetting> {
     exact(&mut list);
     contact_point(&mut list);
     within_cells(&mut list);
-    across(&mut list);
+    cross_cell_settings(&mut list);
     list.all
 }
 
@@ -380,7 +380,7 @@ fn within_cells(list: &mut List<'_>) {
 
 /// Adds settings of the Monte Carlo schemes with partners across cells, other than the
 /// contact-point scheme.
-fn across(list: &mut List<'_>) {
+fn cross_cell_settings(list: &mut List<'_>) {
     let esmc = Scheme::Esmc(Neighbourhood::Cells(2));
     let simulators = [4, 16].map(|copies| {
         let h = f64::from(copies).recip();

@@ -186,7 +186,7 @@ impl<'a> Sweep<'a> {
         let said = EngineGroup::ALL.into_iter().zip(choices);
         said.map(|(engines, choice)| match choice {
             Some(choice) => self.recommendation(engines, &choice, share),
-            None => Ok(self.unmet(engines)),
+            None => Ok(self.describe_unmet_target(engines)),
         })
         .collect()
     }
@@ -230,7 +230,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Describes why no setting of a class of engines meets the target.
-    fn unmet(&self, engines: EngineGroup) -> String {
+    fn describe_unmet_target(&self, engines: EngineGroup) -> String {
         let search = self.search();
         let least = search.nearest(engines).map(|(one, errors)| {
             let error = errors.map(percent).join(" ± ");

@@ -74,7 +74,7 @@ impl MeasuredPoint {
 
 /// Returns the points that can be compared (theory not zero, values finite), and the decision rule
 /// for a single one: the error probability divided by their number (Bonferroni).
-fn usable<'a>(
+fn comparable_points<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
 ) -> (Vec<&'a MeasuredPoint>, VerdictRule) {
@@ -93,7 +93,7 @@ pub fn worst<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
 ) -> Option<(&'a MeasuredPoint, Interval, VerdictKind)> {
-    let (some, each) = usable(points, rule);
+    let (some, each) = comparable_points(points, rule);
     let judged = some.into_iter().map(|point| {
         let interval = point.interval(each.level);
         let kind = kind_of(interval.decide(&each));
@@ -122,7 +122,7 @@ pub fn against_theory(
     points: &[MeasuredPoint],
     rule: &VerdictRule,
 ) -> Option<VerdictText> {
-    let (some, each) = usable(points, rule);
+    let (some, each) = comparable_points(points, rule);
     let finding = |point: &&MeasuredPoint| Finding {
         interval: point.interval(each.level),
         place: format!("at t = {}", short(point.time)),

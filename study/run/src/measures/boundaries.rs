@@ -41,7 +41,7 @@ struct Record {
 
 impl Record {
     /// Returns the flux of one boundary from the start to the end of a block.
-    fn until(&self, block: Option<usize>, name: &str) -> BoundaryFlux {
+    fn flux_until(&self, block: Option<usize>, name: &str) -> BoundaryFlux {
         let given = block.and_then(|block| self.given.get(block));
         let found = given.and_then(|all| all.iter().find(|one| one.name == name));
         found.cloned().unwrap_or_default()
@@ -129,8 +129,12 @@ impl Measure for BoundaryMeasure {
         _tables: &[Table],
     ) -> Vec<VerdictText> {
         let all = One::all_engines(plan, runs).into_iter();
-        all.flat_map(|one| one.drag().into_iter().chain(one.balance(&runs.rule(plan))))
-            .collect()
+        all.flat_map(|one| {
+            one.drag()
+                .into_iter()
+                .chain(one.weight_balance(&runs.rule(plan)))
+        })
+        .collect()
     }
 }
 
@@ -164,8 +168,8 @@ impl<'a> One<'a> {
         let part = |replica: usize, part: Range<usize>| {
             let [first, end] = [part.start, part.end].map(|block| blocks.start + block);
             let record = self.records[replica];
-            let before = record.until(first.checked_sub(1), name);
-            let after = record.until(Some(end - 1), name);
+            let before = record.flux_until(first.checked_sub(1), name);
+            let after = record.flux_until(Some(end - 1), name);
             (quantity(&after) - quantity(&before)) / (block * part.len() as f64)
         };
         let replicas = self.records.len();
@@ -233,7 +237,7 @@ impl<'a> One<'a> {
 
     /// Decides the verdict on the energy and particles that splitting and merging of weighted
     /// simulators added over the whole run.
-    fn balance(&self, rule: &VerdictRule) -> Option<VerdictText> {
+    fn weight_balance(&self, rule: &VerdictRule) -> Option<VerdictText> {
         let last = self.records.iter().filter_map(|record| record.given.last());
         let given: Vec<_> = last
             .filter_map(|all| all.iter().find(|one| one.name == BALANCE))

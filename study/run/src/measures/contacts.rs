@@ -516,13 +516,13 @@ struct Quantity {
 
 impl Quantity {
     fn values(&self, all: &[(ContactSums, f64)]) -> Vec<Option<f64>> {
-        pseudo(all, &*self.sums, self.of)
+        ratio_pseudo_values(all, &*self.sums, self.of)
     }
 }
 
 /// Estimates a ratio of sums over the replicas, with its jackknife error; `None` without data.
 fn ratio<T>(all: &[T], sums: impl Fn(&T) -> [f64; 2]) -> Option<TableEstimate> {
-    let found = mean_over_replicas(pseudo(all, &sums, |ratio| ratio));
+    let found = mean_over_replicas(ratio_pseudo_values(all, &sums, |ratio| ratio));
     found.value.map(|_| found)
 }
 
@@ -536,7 +536,7 @@ fn collision_share(
 
 /// Computes jackknife pseudo-values, one for each replica with data, of a function of a ratio of
 /// sums over the replicas.
-fn pseudo<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
+fn ratio_pseudo_values<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
     let each: Vec<[f64; 2]> = all
         .iter()
         .map(sums)

@@ -236,7 +236,10 @@ impl Measure for ImpactMeasure {
             list.push(judge::impact_parameters(&topic, name, &tests, &rule));
         }
         if plan.has_theory() {
-            list.extend(pairs_of(plan).filter_map(|pair| split(plan, runs, &spans, pair.into())));
+            list.extend(
+                pairs_of(plan)
+                    .filter_map(|pair| explain_difference(plan, runs, &spans, pair.into())),
+            );
         }
         list
     }
@@ -444,7 +447,7 @@ fn dissipation(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -
 /// Creates a note on the factors that make up the difference of two engines in cooling, or in
 /// collisions, in the last time window. Both engines have the same starts, so the jackknife leaves
 /// out a replica of both together.
-fn split(
+fn explain_difference(
     plan: &CasePlan,
     runs: &ReplicaRecords<'_>,
     spans: &[[f64; 2]],

@@ -48,16 +48,16 @@ impl CasePlan {
         let case = &*numbered;
         let temperature = temperature(case)?;
         let mut gas = if !case.has_box() {
-            homogeneous(case, temperature)?
+            resolve_homogeneous(case, temperature)?
         } else if case.start.placement == PlacementSpec::File {
             start_file::gas(case, folder, temperature)?
         } else if case.start.velocities == VelocitiesSpec::FILE {
             let dealt = start_file::dealt(case, folder)?;
-            let placed = boxed(case, dealt.particles, dealt.temperature, free)?;
+            let placed = resolve_boxed(case, dealt.particles, dealt.temperature, free)?;
             placed.with_velocities(dealt.file, dealt.changes)
         } else {
             let particles = species::particles(case, temperature)?;
-            boxed(case, particles, temperature, free)?
+            resolve_boxed(case, particles, temperature, free)?
         };
         // In units of the engines.
         let temperature = gas.temperature / gas.scale.energy;
@@ -347,7 +347,7 @@ fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
 }
 
 /// Resolves a gas without positions: species, units and densities.
-fn homogeneous(case: &Case, temperature: f64) -> Result<ResolvedGas, PlanError> {
+fn resolve_homogeneous(case: &Case, temperature: f64) -> Result<ResolvedGas, PlanError> {
     let allowed = "a volume above 0 in a gas without [box]";
     let volume = case.gas.simulated_volume();
     let volume = volume.ok_or_else(|| PlanError::new("gas.volume", "none", allowed))?;
@@ -386,7 +386,7 @@ fn listed(particles: SizedParticles) -> Result<Species, PlanError> {
 }
 
 /// Resolves a gas in a box whose particles the program places: species, units, sides and densities.
-fn boxed(
+fn resolve_boxed(
     case: &Case,
     mut particles: SizedParticles,
     temperature: f64,

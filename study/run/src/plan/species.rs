@@ -48,7 +48,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles,
         };
         let kinds: Vec<Like> = (1..=law.largest_mass.unwrap_or(u64::MAX))
             .map(|mass| Like {
-                radius: 0.5 * root(mass as f64, case.gas.dimension),
+                radius: 0.5 * cluster_diameter(mass as f64, case.gas.dimension),
                 mass: mass as f64,
                 count: count(mass),
             })
@@ -165,7 +165,7 @@ fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
 }
 
 /// Returns the diameter `k^(1/D)` of a cluster of k monomers.
-fn root(k: f64, dimension: u64) -> f64 {
+fn cluster_diameter(k: f64, dimension: u64) -> f64 {
     if dimension == 2 { k.sqrt() } else { k.cbrt() }
 }
 

@@ -76,7 +76,7 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     let shear_offset = source.shear_offset(lengths[0])?;
     source.wrap(lengths, shear_offset)?;
     let species = FileSpecies::from_file(&source.file, case)?;
-    let warmth = source.warmth(&species.masses, temperature)?;
+    let warmth = source.start_temperature(&species.masses, temperature)?;
     let scale = if case.has_thermal_units() {
         UnitScale {
             length: 2.0 * mean(&species.radii),
@@ -135,7 +135,7 @@ pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     let mut source = source(case, folder)?;
     let name = source.name;
     let species = FileSpecies::from_file(&source.file, case)?;
-    let temperature = source.warmth(&species.masses, 1.0)?;
+    let temperature = source.start_temperature(&species.masses, 1.0)?;
     let dimension = case.gas.dimension as usize;
     let temperatures = species.temperatures(&source.file, dimension, temperature);
     let (kinds, order) = species.blocks().ok_or_else(|| {
@@ -379,7 +379,7 @@ impl Source<'_> {
 
     /// Returns the granular temperature of the start, in the units of the case \[energy\]. In a
     /// periodic box without gravity and spin, the drift is subtracted from the velocities.
-    fn warmth(&mut self, masses: &[f64], temperature: f64) -> Result<f64, PlanError> {
+    fn start_temperature(&mut self, masses: &[f64], temperature: f64) -> Result<f64, PlanError> {
         if self.case.start.velocities != VelocitiesSpec::FILE {
             return Ok(temperature);
         }

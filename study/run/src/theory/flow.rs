@@ -13,7 +13,7 @@ use crate::plan::{CasePlan, EngineKind, EnginePlan, SpeciesPlan, in_space};
 pub fn keeps_energy(plan: &CasePlan) -> bool {
     let specular = |face: &FaceSpec| match face {
         FaceSpec::Word(word) => *word != FaceWord::Open,
-        FaceSpec::Wall(wall) => keeps(wall),
+        FaceSpec::Wall(wall) => conserves_energy(wall),
     };
     let obstacles = plan.case.obstacle.iter().all(|obstacle| {
         obstacle.temperature.is_none()
@@ -28,7 +28,7 @@ pub fn keeps_energy(plan: &CasePlan) -> bool {
 
 /// Returns true if a wall conserves the energy of particles: it reverses velocities and, if it has
 /// friction, does not move.
-fn keeps(wall: &WallSpec) -> bool {
+fn conserves_energy(wall: &WallSpec) -> bool {
     let slip = wall.slip.unwrap_or(1.0);
     let slides = wall.sliding.iter().flatten().any(|&v| v != 0.0);
     wall.restitution == Some(1.0)

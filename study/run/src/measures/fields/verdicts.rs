@@ -78,7 +78,7 @@ pub(super) fn field_verdicts(
         .iter()
         .filter(|engine| engine.parameters().is_some());
     let sized = simulated.filter(|engine| !flow::is_dilute(engine));
-    list.extend(sized.filter_map(|engine| overcrowded(plan, engine, &profiles(engine))));
+    list.extend(sized.filter_map(|engine| overcrowding_warning(plan, engine, &profiles(engine))));
     let first = &plan.engines[0];
     // Independent parts behind the densities of each engine.
     let parts: Vec<usize> = views.iter().map(density_parts).collect();
@@ -149,7 +149,11 @@ fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &BlockRange) -> V
 
 /// Creates the warning that an engine packs particles more closely than the closest packing, with
 /// the position; `None` if it does not.
-fn overcrowded(plan: &CasePlan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<VerdictText> {
+fn overcrowding_warning(
+    plan: &CasePlan,
+    engine: &EnginePlan,
+    rows: &[Row<'_>],
+) -> Option<VerdictText> {
     let closest = plan.closest_packing();
     let of = |species: &str| -> Vec<&Row<'_>> {
         rows.iter()

@@ -67,7 +67,7 @@ impl ParticleQuantity {
 
     /// Returns true if the quantity is written by default: particles differ in it, or it is always
     /// written.
-    fn tells(self, particles: &Particles) -> bool {
+    fn is_written_by_default(self, particles: &Particles) -> bool {
         let mut all = particles.all.iter();
         match self {
             Self::Velocity | Self::Radius | Self::Mass => true,
@@ -100,6 +100,8 @@ pub(super) fn written(
     let all = ParticleQuantity::ALL.into_iter();
     match asked {
         Some(asked) => all.filter(|one| asked.contains(one)).collect(),
-        None => all.filter(|one| one.tells(particles)).collect(),
+        None => all
+            .filter(|one| one.is_written_by_default(particles))
+            .collect(),
     }
 }
