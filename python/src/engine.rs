@@ -45,7 +45,7 @@ impl DerefMut for Kind {
     }
 }
 
-/// Exact dynamics or Monte Carlo of a gas, as `stosszahl.engines` uses it from Python.
+/// Engine for Python: exact dynamics or Monte Carlo of a gas, as `stosszahl.engines` uses it.
 #[pyclass(name = "Engine", module = "stosszahl._native", frozen)]
 pub struct PyEngine(Mutex<Kind>);
 
@@ -81,7 +81,7 @@ impl Observer for Batches {
     }
 }
 
-/// Observer of impact parameters that runs without Python.
+/// Observer of impact parameters for Python that runs without calling Python code.
 #[pyclass(name = "ImpactParameters", module = "stosszahl._native", frozen)]
 pub struct PyImpactParameters(Mutex<stosszahl_analysis::impact::ImpactParameters>);
 
@@ -186,14 +186,14 @@ impl PyEngine {
         Ok(Self::of(Kind::Exact(engine)))
     }
 
-    /// Creates Monte Carlo of a gas without positions.
+    /// Creates a Monte Carlo engine for a gas without positions.
     #[staticmethod]
     fn without_positions(gas: &PyGas) -> PyResult<Self> {
         let engine = MonteCarlo::new(&gas.0).map_err(Raise::into_exception)?;
         Ok(Self::of(Kind::Chaos(engine)))
     }
 
-    /// Creates Monte Carlo in cells.
+    /// Creates a Monte Carlo engine in cells, with a scheme given by its name.
     #[staticmethod]
     #[pyo3(signature = (gas, name, *, cell_size, steps_per_cell_crossing, max_contact_value, stiffness, partner_radius))]
     fn in_cells(
@@ -217,7 +217,8 @@ impl PyEngine {
         Ok(Self::of(Kind::Chaos(engine)))
     }
 
-    /// Advances to a time. The observer is none, an [`ImpactParameters`](PyImpactParameters), or a function of bytes.
+    /// Advances the engine to a time. The observer is none, an
+    /// [`ImpactParameters`](PyImpactParameters), or a function of bytes.
     fn advance(
         &self,
         py: Python<'_>,
@@ -259,7 +260,7 @@ impl PyEngine {
         Ok(())
     }
 
-    /// Runs elastic collisions that forget the start.
+    /// Runs elastic collisions until the gas has forgotten its start.
     fn equilibrate(&self, py: Python<'_>, collisions_per_particle: f64) -> PyResult<()> {
         let mut guard = self.lock()?;
         let Kind::Exact(engine) = &mut *guard else {
@@ -273,7 +274,7 @@ impl PyEngine {
         Ok(())
     }
 
-    /// Returns the current gas.
+    /// Returns the current state of the engine as a gas.
     fn state(&self) -> PyResult<PyGas> {
         Ok(PyGas(match &*self.lock()? {
             Kind::Exact(engine) => engine.state(),
@@ -301,13 +302,13 @@ impl PyEngine {
         Ok(self.lock()?.temperature())
     }
 
-    /// Returns the number of collisions, and named counts of work.
+    /// Returns the number of collisions so far, and the work counters by name.
     fn work(&self) -> PyResult<(u64, BTreeMap<String, f64>)> {
         let work = self.lock()?.work_counters();
         Ok((work.collisions, work.numbers))
     }
 
-    /// Returns what each boundary gave: name, particles, momentum, energy.
+    /// Returns the flux of each boundary into the gas: name, particles, momentum, energy.
     fn boundaries(&self) -> PyResult<Vec<Flux>> {
         let all = self.lock()?.boundary_fluxes();
         let each = all.into_iter();
@@ -316,7 +317,7 @@ impl PyEngine {
             .collect())
     }
 
-    /// Adds changes to all velocities.
+    /// Adds a given velocity change to each particle.
     fn kick(&self, changes: Vec<u8>) -> PyResult<()> {
         let mut engine = self.lock()?;
         let changes: Vec<Vector3<f64>> = vectors(&changes, engine.dimension())

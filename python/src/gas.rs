@@ -14,7 +14,7 @@ use crate::arrays::{column, vectors};
 use crate::error::Raise;
 use crate::wait::{Messages, PyInterrupt, wait};
 
-/// Particles, box and contact laws of a gas, as `stosszahl.Gas` uses them from Python.
+/// Gas for Python: particles, box and contact laws, as `stosszahl.Gas` uses them.
 #[pyclass(name = "Gas", module = "stosszahl._native", frozen)]
 pub struct PyGas(pub stosszahl_gas::Gas);
 
@@ -211,38 +211,38 @@ impl PyGas {
         Ok(Self(gas.map_err(Raise::into_exception)?))
     }
 
-    /// Returns a column of all particles.
+    /// Returns one property of all particles as bytes, by its name.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyByteArray>> {
         column(py, &self.0.particles, name)
     }
 
-    /// Number of particles.
+    /// Returns the number of particles of the gas.
     fn count(&self) -> usize {
         self.0.particles.all.len()
     }
 
-    /// Returns the time, the sides of the box, and which axes are periodic.
+    /// Returns the time of the gas, the sides of the box, and which axes are periodic.
     fn frame(&self) -> (f64, [f64; 3], [bool; 3]) {
         let all = &self.0.particles;
         (all.time, all.lengths, all.periodic)
     }
 
-    /// Granular temperature \[energy\].
+    /// Returns the granular temperature of the gas \[energy\].
     fn temperature(&self) -> f64 {
         self.0.temperature()
     }
 
-    /// Area or volume \[length^D\].
+    /// Returns the area or volume of the gas \[length^D\].
     fn volume(&self) -> f64 {
         self.0.volume
     }
 
-    /// Displacement of the box above in a shear flow \[length\].
+    /// Returns the displacement of the periodic image above in a shear flow \[length\].
     fn shear_offset(&self) -> f64 {
         self.0.shear_offset()
     }
 
-    /// Haff's cooling time \[time\].
+    /// Returns Haff's cooling time of the gas \[time\]; `None` if there is none.
     fn haff_time(&self) -> Option<f64> {
         self.0.haff_time()
     }

@@ -22,7 +22,7 @@ use crate::{CasePoint, read_text};
 /// Version of the paper format that this program reads.
 const VERSION: u64 = 1;
 
-/// A paper: its runs, its figures, and what it claims.
+/// Paper to be reproduced: its runs, its figures, and what it claims.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Paper {
@@ -31,7 +31,7 @@ pub struct Paper {
     /// Title of the paper.
     #[schemars(length(min = 1))]
     pub title: String,
-    /// Authors, journal and year.
+    /// Source of the paper: authors, journal and year.
     #[schemars(length(min = 1))]
     pub source: String,
     /// Remark on the paper as a whole, for the reader.
@@ -40,7 +40,7 @@ pub struct Paper {
     #[serde(default = "usual")]
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 1.0))]
     pub family_wise_error_rate: f64,
-    /// The runs, by name.
+    /// Runs of the paper, by name.
     pub run: BTreeMap<String, PaperRunSpec>,
     /// Figures and tables of the paper.
     #[schemars(length(min = 1, max = 1000))]
@@ -55,24 +55,24 @@ fn yes() -> bool {
     true
 }
 
-/// A case, and what is set in it.
+/// Run of a paper: a case, and the keys that are set in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PaperRunSpec {
     /// The case: a bundled one by its name, or a file beside the paper.
     #[schemars(length(min = 1))]
     pub case: String,
-    /// Keys of the case that are set, dotted.
+    /// Keys of the case that the run sets, dotted.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: BTreeMap<String, Value>,
-    /// Keys that are set besides where the run must be quick.
+    /// Keys of the case that are set in addition where the run must be quick.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub quick: BTreeMap<String, Value>,
 }
 
-/// A figure or table of a paper.
+/// Figure or table of a paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PaperFigureSpec {
@@ -82,10 +82,10 @@ pub struct PaperFigureSpec {
     /// Title of the figure.
     #[schemars(length(min = 1))]
     pub title: String,
-    /// The run that its tables are of, and its claims unless they say otherwise.
+    /// Run whose tables the figure shows; also that of its claims unless they name another.
     #[schemars(length(min = 1))]
     pub run: String,
-    /// Tables that are drawn.
+    /// Tables of the run that are drawn.
     #[serde(default)]
     pub tables: Vec<String>,
     /// Parts of the paper's figure that are missing here.
@@ -95,20 +95,20 @@ pub struct PaperFigureSpec {
     pub claim: Vec<Claim>,
 }
 
-/// Place of a number in the tables of a run.
+/// Location of a number in the tables of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NumberPlace {
-    /// The run. Default: that of the claim.
+    /// Run of the number. Default: that of the claim.
     pub run: Option<String>,
-    /// Values of swept keys that choose a point. Default: that of the claim.
+    /// Values of swept keys that choose the point of the number. Default: that of the claim.
     #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub point: Option<BTreeMap<String, Value>>,
-    /// The table. Default: that of the claim.
+    /// Table of the number. Default: that of the claim.
     pub table: Option<String>,
-    /// The column. Default: that of the claim.
+    /// Column of the number. Default: that of the claim.
     pub column: Option<String>,
-    /// Key columns that differ from those of the claim.
+    /// Key columns of the number's row that differ from those of the claim.
     #[serde(default, rename = "where")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub keys: BTreeMap<String, Value>,
@@ -118,70 +118,70 @@ pub struct NumberPlace {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// The claim in words.
+    /// Claim of the paper in words.
     #[schemars(length(min = 1))]
     pub claim: String,
-    /// The run. Default: that of the figure.
+    /// Run of the claim. Default: that of the figure.
     pub run: Option<String>,
-    /// Values of swept keys that choose a point.
+    /// Values of swept keys that choose the point of the claim.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub point: BTreeMap<String, Value>,
-    /// The table that holds the number.
+    /// Table that holds the claimed number.
     pub table: Option<String>,
-    /// Column of the number.
+    /// Column of the claimed number.
     pub column: Option<String>,
     /// Values of key columns that choose its row: words, numbers, or [from, to], of whose rows the
     /// mean is taken.
     #[serde(default, rename = "where")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub keys: BTreeMap<String, Value>,
-    /// A quantity that follows from the case, by the name that `check` gives it, or the `seconds`
-    /// or `collisions` of a run: in place of a table.
+    /// Derived quantity in place of a table, by the name that `check` gives it; or the `seconds` or
+    /// `collisions` of a run.
     pub derived: Option<String>,
-    /// A number by which it is divided.
+    /// Number by which the claimed number is divided.
     pub over: Option<NumberPlace>,
-    /// A numeric key column: the number is the power of it by which the quotient grows.
+    /// Numeric key column: the claim is about the power of it by which the quotient grows.
     pub power_of: Option<String>,
-    /// Source of the standard error of the number.
+    /// Source of the standard error of the claimed number.
     #[serde(default)]
     pub errors: Errors,
-    /// Value in the paper.
+    /// Value that the paper states.
     pub value: Option<f64>,
-    /// Values in the paper at several places: pairs of `along` and the paper's number.
+    /// Values that the paper states at several places: pairs of `along` and the paper's number.
     pub values: Option<Vec<[f64; 2]>>,
-    /// The key column of `values`.
+    /// Key column over which `values` are given.
     pub along: Option<String>,
-    /// A bound below.
+    /// Lower bound that the paper states.
     pub above: Option<f64>,
-    /// A bound above.
+    /// Upper bound that the paper states.
     pub below: Option<f64>,
     /// Standard error of the paper's value, or of its reading from a figure.
     #[schemars(range(min = 0.0))]
     pub error: Option<f64>,
-    /// Largest deviation that counts as agreement, as a share of the paper's value.
+    /// Largest deviation from the paper's value that counts as agreement, as a share of the value.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10.0))]
     pub margin: Option<f64>,
-    /// Largest deviation that counts as agreement, in the unit of the value.
+    /// Largest deviation from the paper's value that counts as agreement, in the unit of the value.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub within: Option<f64>,
-    /// Value that the paper should give.
+    /// Correct value, where that of the paper is wrong.
     pub corrected: Option<f64>,
-    /// Reason why the paper is wrong, with the source of the correction.
+    /// Reason why the paper's value is wrong, with the source of the correction.
     pub correction: Option<String>,
     /// True if quick runs can test the claim.
     #[serde(default = "yes")]
     pub quick: bool,
 }
 
-/// Source of a standard error.
+/// Source of the standard error of a number in a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Errors {
-    /// Replicas, which are few: intervals are Student's.
+    /// Errors from replicas, which are few: intervals are Student's.
     #[default]
     Replicas,
-    /// Many blocks of time: intervals are normal.
+    /// Errors from many blocks of time: intervals are normal.
     Blocks,
 }
 

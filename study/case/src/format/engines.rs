@@ -209,17 +209,17 @@ pub struct MonteCarloSpec {
     pub weights: Option<WeightsSpec>,
 }
 
-/// Displacement of the partners of a collision.
+/// Displacement of the partners of a collision (consistent Boltzmann algorithm).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DisplacementSpec {
-    /// Displacement by one diameter, or none.
+    /// Displacement of the partners by one diameter, or none.
     Switch(bool),
-    /// Displacement by the inelastic length.
+    /// Displacement of the partners by the inelastic length.
     Word(Inelastic),
 }
 
-/// Word for the inelastic length.
+/// Word for the inelastic length of a displacement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Inelastic {
@@ -231,13 +231,13 @@ pub enum Inelastic {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DensityWindowSpec {
-    /// Cells on each side.
+    /// Number of cells on each side over which the packing fraction is taken.
     Cells(#[schemars(range(min = 0, max = 50))] u64),
-    /// The whole box.
+    /// Mean packing fraction of the whole box.
     Whole(Mean),
 }
 
-/// Word for the whole box.
+/// Word for the mean packing fraction of the whole box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mean {
@@ -249,23 +249,23 @@ pub enum Mean {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SimulatorStartSpec {
-    /// Each set moved and turned at random.
+    /// Each set of simulators is a copy of the start, moved and turned at random.
     Independent,
-    /// Each set with the long waves of the start.
+    /// Each set of simulators has the long waves of the start.
     Coherent,
 }
 
-/// Contact of particles with walls.
+/// Part of a particle that touches walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallsActOn {
     /// Walls act on the centre of a particle.
     Centre,
-    /// Walls act at the radius of a particle.
+    /// Walls act at the surface of a particle, a radius from its centre.
     Radius,
 }
 
-/// Weights of simulators by region: stripes of equal width.
+/// Weights of simulators by region of the box: stripes of equal width.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WeightsSpec {
@@ -281,7 +281,7 @@ pub struct WeightsSpec {
     pub adaptive_stripes: Option<u64>,
 }
 
-/// An axis of the plane.
+/// Axis of the plane across the stripes of weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StripeAxis {
@@ -291,7 +291,7 @@ pub enum StripeAxis {
     Y,
 }
 
-/// Monte Carlo collisions without positions.
+/// Monte Carlo engine of a gas without positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HomogeneousSpec {
@@ -299,15 +299,16 @@ pub struct HomogeneousSpec {
     pub selection: SelectionSpec,
 }
 
-/// A selection of pairs.
+/// Algorithm that selects colliding pairs in a gas without positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SelectionSpec {
-    /// Groups of like speed and size in alias tables: the fastest.
+    /// Alias tables over groups of like speed and size: the fastest selection of pairs.
     #[default]
     AliasTables,
-    /// Products of the weights of size classes, found in trees (Bodrova & Osinsky 2024).
+    /// Low-rank majorant: products of the weights of size classes, found in trees (Bodrova &
+    /// Osinsky 2024).
     LowRank,
-    /// Bird's single majorant.
+    /// Single majorant of all pairs, by Bird.
     SingleMajorant,
 }

@@ -69,7 +69,7 @@ impl GasSpec {
     }
 }
 
-/// Effect of density on collision rates.
+/// Effect of density on collision rates, by the contact value of the pair correlation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PairCorrelationSpec {
@@ -112,8 +112,8 @@ pub struct SpeciesSpec {
     pub tracer: bool,
 }
 
-/// Very many species by a power law: mass k, diameter `k^(1/D)`, number `N k^-exponent`, k = 1, 2,
-/// 3 and on.
+/// Power law of very many species: mass k, diameter `k^(1/D)`, number `N k^-exponent`, k = 1, 2, 3
+/// and on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PowerLaw {
@@ -135,14 +135,14 @@ pub struct PowerLaw {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rounding {
-    /// Numbers rounded down.
+    /// Numbers of particles rounded down.
     Down,
-    /// Numbers rounded to the nearest.
+    /// Numbers of particles rounded to the nearest whole number.
     #[default]
     Nearest,
 }
 
-/// Every particle with its own size.
+/// Particles of individual sizes from a continuous distribution.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolydisperseSpec {
@@ -173,13 +173,14 @@ fn twelve() -> u64 {
     12
 }
 
-/// A distribution of diameters.
+/// Distribution of the diameters of particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DiameterDistribution {
-    /// Equal chances from the mean less to the mean plus `sqrt(3)` standard deviations.
+    /// Uniform distribution of diameters, from the mean less to the mean plus `sqrt(3)` standard
+    /// deviations.
     Uniform,
-    /// The logarithm of the diameter is normally distributed.
+    /// Log-normal distribution: the logarithm of the diameter is normally distributed.
     LogNormal,
 }
 
@@ -194,7 +195,8 @@ pub struct PairSpec {
     pub restitution: RestitutionSpec,
 }
 
-/// When particles stick together or break. Without thresholds every pair that meets sticks.
+/// Rule of aggregation and fragmentation: when particles stick together or break. Without
+/// thresholds every pair that meets sticks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AggregationSpec {
@@ -238,24 +240,24 @@ impl AggregationSpec {
     }
 }
 
-/// A part of the energy of the relative motion.
+/// Part of the kinetic energy of the relative motion of a pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EnergyPart {
-    /// All of the relative motion, `mu g^2/2`.
+    /// All of the energy of the relative motion, `mu g^2/2`.
     #[default]
     Full,
-    /// Motion along the line of centres, `mu (g . e)^2/2`.
+    /// Energy of the motion along the line of centres, `mu (g . e)^2/2`.
     Normal,
 }
 
-/// Test that comes first.
+/// Test of a colliding pair that comes first where both apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FirstTest {
-    /// Aggregation first.
+    /// Test for aggregation first.
     #[default]
     Aggregation,
-    /// Fragmentation first.
+    /// Test for fragmentation first.
     Fragmentation,
 }

@@ -8,14 +8,15 @@ use serde_json::json;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum RestitutionSpec {
-    /// The same restitution at every approach speed.
+    /// Constant restitution at every approach speed.
     Constant(#[schemars(range(min = 0.0, max = 1.0))] f64),
-    /// The Delta model: a pair that approaches at the normal speed g separates at
-    /// `coefficient * g + 2 * delta`.
+    /// Delta model: a pair that approaches at the normal speed g separates at `coefficient * g +
+    /// 2 * delta`.
     Delta(DeltaModelSpec),
-    /// A constant for normal approach speeds from a threshold on; slower contacts are elastic.
+    /// Threshold model: a constant for normal approach speeds from a threshold on; slower contacts
+    /// are elastic.
     Threshold(ThresholdModelSpec),
-    /// Restitution that falls with the approach speed.
+    /// Viscoelastic restitution, which falls with the approach speed.
     Viscoelastic(ViscoelasticSpec),
 }
 
@@ -86,8 +87,8 @@ impl RestitutionSpec {
     }
 }
 
-/// Contacts that dissipate and heat (Brito, Risso & Soto 2013): a shaken shallow layer seen from
-/// above.
+/// Delta model, whose contacts dissipate and heat (Brito, Risso & Soto 2013): a shaken shallow
+/// layer seen from above.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeltaModelSpec {
@@ -100,8 +101,8 @@ pub struct DeltaModelSpec {
     pub delta: f64,
 }
 
-/// Contacts that dissipate above a threshold of the approach speed alone (Ben-Naim, Chen, Doolen &
-/// Redner 1999): the simplest law without inelastic collapse.
+/// Threshold model, whose contacts dissipate above a threshold of the approach speed alone
+/// (Ben-Naim, Chen, Doolen & Redner 1999): the simplest law without inelastic collapse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ThresholdModelSpec {
