@@ -9,10 +9,10 @@
 //! (pairs/V) Ω_D d^(D-1) g p(g) dg        with the integral of p over all g: g_pre
 //! ```
 //!
-//! where `Ω_D` is 2π or 4π. So a sum of 1/g over the collisions of a time t is `(pairs/V) Ω_D d^(D-1)
-//! t g_pre`: no velocity distribution, no temperature and no extrapolation enter. The sum of 1/g'
-//! with the speed g' of separation is that of `g_post`. For a constant restitution r each pair
-//! leaves with r g, so `g_post = g_pre/r` and
+//! where `Ω_D` is 2π or 4π. So a sum of 1/g over the collisions of a time t is `(pairs/V) Ω_D
+//! d^(D-1) t g_pre`: no velocity distribution, no temperature and no extrapolation enter. The sum
+//! of 1/g' with the speed g' of separation is that of `g_post`. For a constant restitution r each
+//! pair leaves with r g, so `g_post = g_pre/r` and
 //!
 //! ```text
 //! g(d+) = g_pre (1 + 1/r) = χ (1 + r)/(2 r)        with χ = 2 g_pre

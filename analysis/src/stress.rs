@@ -23,7 +23,8 @@ use stosszahl_model::{Collision, DynReduction, Observer, Particle, ParticleReduc
 /// Computes the kinetic part of the pressure tensor times the volume, relative to the mean velocity
 /// \[energy\].
 ///
-/// `reduce_particles` adds all particles of a gas, as [`stosszahl_model::Simulation::reduce_particles`] does.
+/// `reduce_particles` adds all particles of a gas, as
+/// [`stosszahl_model::Simulation::reduce_particles`] does.
 pub fn kinetic_stress(reduce_particles: &mut dyn FnMut(&mut dyn DynReduction)) -> Matrix3<f64> {
     let mut sum = KineticStress::default();
     reduce_particles(&mut sum);

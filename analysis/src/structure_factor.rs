@@ -67,8 +67,8 @@
 //! | 24/64 | 0.489 | +0.194 | -0.001 ± 0.019 | +0.007 | -0.267 | +0.002 ± 0.007 | +0.001 |
 //! | 31/64 | 0.685 | +0.145 | -0.074 ± 0.029 | -0.089 | -0.475 | -0.064 ± 0.015 | -0.079 |
 //!
-//! A finer lattice (a smaller `diameter` in [`LatticeOptions`]) pushes this to shorter wavelengths at the
-//! price of memory and time. Every correction has two limits:
+//! A finer lattice (a smaller `diameter` in [`LatticeOptions`]) pushes this to shorter wavelengths
+//! at the price of memory and time. Every correction has two limits:
 //!
 //! - It holds for averages. A single mode of one configuration also carries the interference of k
 //!   with k + G, of mean zero and of the relative size of the root of that weight. A corrected
@@ -83,9 +83,9 @@
 //! between a quarter and a half of the full complex transform. Between the two passes the lattice
 //! is transposed in blocks that fit the cache. Points are counted in integers, 2⁴⁴ to a point or as
 //! many as fit into 63 bits with all points, so that the density does not depend on the process
-//! that adds them ([`LatticePoints`]); that moves a share by some 1e-13. A non-uniform transform would
-//! have no aliasing to correct, but needs an oversampled lattice and a wider spreading kernel,
-//! several times the cost, for accuracy that the statistical error hides.
+//! that adds them ([`LatticePoints`]); that moves a share by some 1e-13. A non-uniform transform
+//! would have no aliasing to correct, but needs an oversampled lattice and a wider spreading
+//! kernel, several times the cost, for accuracy that the statistical error hides.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;

@@ -17,8 +17,8 @@ use crate::error::check_positions;
 /// g_ab(r) = pairs of a and b (r .. r + Δr) / [N_a N_b A(r .. r + Δr) / V]
 /// ```
 ///
-/// and `½ N_a (N_a - 1)` in place of `N_a N_b` for pairs of one species. Bins of a pair of species that
-/// has no two points are no numbers.
+/// and `½ N_a (N_a - 1)` in place of `N_a N_b` for pairs of one species. Bins of a pair of species
+/// that has no two points are no numbers.
 ///
 /// # Errors
 /// As [`of_disks`](super::of_disks), for the points of all species together.
@@ -82,8 +82,8 @@ mod tests {
     use super::super::shell;
     use super::*;
 
-    /// Partial `g_ab(r)` of three species against a count over all pairs, in the plane and in space;
-    /// a species of one point has no pairs of its own.
+    /// Partial `g_ab(r)` of three species against a count over all pairs, in the plane and in
+    /// space; a species of one point has no pairs of its own.
     #[test]
     fn partial_correlations_are_those_of_all_pairs() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(21);

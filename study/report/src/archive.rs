@@ -108,7 +108,8 @@ impl Archive {
         let name = format!("{}/{file}", self.name);
         let mut sum = Crc::new();
         sum.update(bytes);
-        // Version 2.0, names in UTF-8, deflated, time and date, checksum, sizes, length of the name.
+        // Version 2.0, names in UTF-8, deflated, time and date, checksum, sizes, length of the
+        // name.
         let mut about = Vec::new();
         for word in [20, 1 << 11, 8, 0, DATE] {
             about.extend(u16::to_le_bytes(word));

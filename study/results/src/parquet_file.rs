@@ -1,10 +1,10 @@
-//! Parquet files of tables, for pandas, polars, `DuckDB` and others: the numbers of the CSV file with
-//! their types.
+//! Parquet files of tables, for pandas, polars, `DuckDB` and others: the numbers of the CSV file
+//! with their types.
 //!
-//! A column of words is UTF-8, one of whole numbers `INT64`, any other `DOUBLE`; a cell that is empty
-//! in CSV is null. Key-value metadata are `about`, the meaning of the table, and `columns`, a list in
-//! JSON of the name, unit, meaning and role of each column. Pages are not compressed. The same table
-//! is the same bytes.
+//! A column of words is UTF-8, one of whole numbers `INT64`, any other `DOUBLE`; a cell that is
+//! empty in CSV is null. Key-value metadata are `about`, the meaning of the table, and `columns`, a
+//! list in JSON of the name, unit, meaning and role of each column. Pages are not compressed. The
+//! same table is the same bytes.
 
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
 //! Runs with domain decomposition over processes (`stosszahl-mpi`): all processes hold parts of
 //! each Monte Carlo gas in cells, one gas after the other.
 //!
-//! The first process does all that a run does ([`run_decomposed`]). When it begins a gas in cells, it
-//! calls the others, which plan the same case and hold their subdomains of the gas
+//! The first process does all that a run does ([`run_decomposed`]). When it begins a gas in cells,
+//! it calls the others, which plan the same case and hold their subdomains of the gas
 //! ([`serve_subdomains`]). Exact dynamics and gases without positions stay in the first. Tables are
 //! the bytes of [`crate::run_case`].
 

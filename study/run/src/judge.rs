@@ -2,25 +2,29 @@
 //!
 //! # One rule
 //!
-//! Each comparison has a margin, `verdict.tolerance` of the case, or `verdict.absolute_tolerance` for numbers that are zero under
-//! chaos, and a simultaneous interval of the difference ([`stosszahl_analysis::compare`]):
+//! Each comparison has a margin, `verdict.tolerance` of the case, or `verdict.absolute_tolerance`
+//! for numbers that are zero under chaos, and a simultaneous interval of the difference
+//! ([`stosszahl_analysis::compare`]):
 //!
 //! - *agree*: the whole interval lies inside the margin;
 //! - *differ*: the whole interval lies on one side of zero, or of the margin if the case asks for that;
 //! - *undecided*: all else. The sentence has the estimate, its error and the bound that holds.
 //!
-//! Errors come from few replicas, so all intervals are Student's, and sentences name the degrees of freedom. The chance of any false
-//! difference in all verdicts of a point is `verdict.family_wise_error_rate`; each verdict has an equal share of it, by Bonferroni
-//! ([`ReplicaRecords::level`](crate::measure::ReplicaRecords::level)). Over the points of a sweep the rate of false discoveries is controlled, when all are
-//! there (`stosszahl_report`). Within one verdict:
+//! Errors come from few replicas, so all intervals are Student's, and sentences name the degrees of
+//! freedom. The chance of any false difference in all verdicts of a point is
+//! `verdict.family_wise_error_rate`; each verdict has an equal share of it, by Bonferroni
+//! ([`ReplicaRecords::level`](crate::measure::ReplicaRecords::level)). Over the points of a sweep
+//! the rate of false discoveries is controlled, when all are there (`stosszahl_report`). Within one
+//! verdict:
 //!
 //! - *series over paired replicas* ([`ComparedPair`]) and *impact parameters* ([`impact_parameters`]): half of the level for the last time or
 //!   window, half for all others by the path of their statistics;
 //! - *points with errors against theory* ([`against_theory`]) and *profiles* ([`profiles`]): all together by Bonferroni;
 //! - *what a paper says of a number* ([`claims`]).
 //!
-//! A sentence states the number that was chosen before the run, the last one, where that decides. Otherwise it states the one whose
-//! interval is farthest from zero. The bound holds then; the estimate is too large, as it is the largest of many.
+//! A sentence states the number that was chosen before the run, the last one, where that decides.
+//! Otherwise it states the one whose interval is farthest from zero. The bound holds then; the
+//! estimate is too large, as it is the largest of many.
 
 use std::fmt::Display;
 

@@ -1,10 +1,10 @@
 //! Tasks of a run: each is one replica of one sweep point, with its start and all engines that run
 //! from it.
 //!
-//! A task needs the plan of its point and a folder for its checkpoints. It yields the records of its
-//! engines, as the checkpoint of a finished engine holds them, or the reason of its failure. Both
-//! are kept as bytes in a journal ([`record`], [`TaskContext::restore`]), by threads of this process
-//! and by other processes alike.
+//! A task needs the plan of its point and a folder for its checkpoints. It yields the records of
+//! its engines, as the checkpoint of a finished engine holds them, or the reason of its failure.
+//! Both are kept as bytes in a journal ([`record`], [`TaskContext::restore`]), by threads of this
+//! process and by other processes alike.
 
 use std::collections::BTreeMap;
 use std::fs;

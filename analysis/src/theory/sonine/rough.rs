@@ -262,8 +262,8 @@ mod tests {
         first_slopes::<Plane>();
     }
 
-    /// Smooth particles keep their spins and cool as without them. Tolerance: 1e-5, for some hundred
-    /// integration steps with errors of at most 1e-6 each that largely cancel.
+    /// Smooth particles keep their spins and cool as without them. Tolerance: 1e-5, for some
+    /// hundred integration steps with errors of at most 1e-6 each that largely cancel.
     #[test]
     fn smooth_grains_cool_as_without_spins() {
         let one = Component {

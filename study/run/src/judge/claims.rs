@@ -50,9 +50,10 @@ impl ClaimedValue {
     /// Decides the verdict on a measured number against the paper's, with a confidence interval at
     /// error probability `level`.
     ///
-    /// A value agrees if the whole interval of the difference lies inside the margin, which is how well the paper can be read, and differs
-    /// if it lies beyond the margin; the error of the paper counts. A bound holds if the whole interval lies beyond it, and does not
-    /// if the interval lies on its other side.
+    /// A value agrees if the whole interval of the difference lies inside the margin, which is how
+    /// well the paper can be read, and differs if it lies beyond the margin; the error of the paper
+    /// counts. A bound holds if the whole interval lies beyond it, and does not if the interval
+    /// lies on its other side.
     pub fn kind(self, found: &TableEstimate, level: f64) -> VerdictKind {
         let Some(ours) = found.value.filter(|value| value.is_finite()) else {
             return VerdictKind::Undecided;

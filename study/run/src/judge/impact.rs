@@ -52,7 +52,8 @@ impl ImpactTest {
     pub fn test_window(span: [f64; 2], all: &[&CollisionWindow]) -> Self {
         let slopes = pooled(all, CollisionWindow::slope);
         let slope = Mean::over_replicas(&slopes);
-        // Half as many as replicas leaves each a spread that is known; one at least, which is Student's test of the curvature.
+        // Half as many as replicas leaves each a spread that is known; one at least, which is
+        // Student's test of the curvature.
         let orders = (slopes.len().saturating_sub(1) / 2).clamp(1, SHAPES);
         let some = all.iter().filter(|window| window.collisions > 0);
         let shapes = some.map(|window| {

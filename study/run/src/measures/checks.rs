@@ -280,8 +280,8 @@ impl<'a> Found<'a> {
     /// ten of time. The number of clusters decays as `t^-xi` and the energy as `t^-theta`: Trizac &
     /// Krapivsky, Phys. Rev. Lett. 91, 218302 (2003).
     ///
-    /// The rate of collisions is `n R^(D-1) v`; with the sizes `R^D ~ 1/n` and `v^2 ~ E` (mass is conserved) it is the rate
-    /// `1/t` at which n decays if `xi/D + theta/2 = 1`.
+    /// The rate of collisions is `n R^(D-1) v`; with the sizes `R^D ~ 1/n` and `v^2 ~ E` (mass is
+    /// conserved) it is the rate `1/t` at which n decays if `xi/D + theta/2 = 1`.
     fn decay(&self) -> Option<MeasuredPoint> {
         let sticking = self.plan.case.aggregation.as_ref()?;
         if sticking.may_bounce() {

@@ -101,7 +101,8 @@ fn enskog(plan: &CasePlan, from: f64, elapsed: f64) -> Option<f64> {
     let Some((first, last)) = first.zip(last) else {
         return Some(steady(1.0));
     };
-    // T t0^2 is the same at all times of the cooling state, and only the logarithm of its temperature tells how far disks have gone.
+    // T t0^2 is the same at all times of the cooling state, and only the logarithm of its
+    // temperature tells how far disks have gone.
     let square = plan.haff_time * plan.haff_time;
     let passed = (last - first).exp_m1();
     Some(square * kinetic::cooling_displacement(plan.restitution, passed))

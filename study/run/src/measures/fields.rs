@@ -35,8 +35,8 @@ const MOST_SUMS: usize = 20_000_000;
 pub struct FieldOptions {
     /// Cells along the first two axes, each from 1 to 1000.
     pub cells: [u64; 2],
-    /// Blocks of time that fields are kept for, and that their standard errors come from; a divisor of the number of samples.
-    /// Default: the one nearest to 40.
+    /// Blocks of time that fields are kept for, and that their standard errors come from; a divisor
+    /// of the number of samples. Default: the one nearest to 40.
     pub blocks: Option<u64>,
     /// Time windows over which fields are averaged, besides the steady state; moved to the ends of
     /// blocks.

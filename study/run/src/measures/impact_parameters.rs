@@ -1,9 +1,10 @@
 //! Measure `impact_parameters`: impact parameters of collisions in time windows against molecular
 //! chaos, and the factors of the dissipation identity.
 //!
-//! Under chaos P(b/d) is 1 in the plane and 2 b/d in space: (b/d)^(D-1) is uniform, whatever the velocities are. So the test
-//! holds for rough grains and in flows too. The dissipation identity ([`stosszahl_analysis::windows`]) needs equal smooth
-//! particles with one coefficient of restitution.
+//! Under chaos P(b/d) is 1 in the plane and 2 b/d in space: (b/d)^(D-1) is uniform, whatever the
+//! velocities are. So the test holds for rough grains and in flows too. The dissipation identity
+//! ([`stosszahl_analysis::windows`]) needs equal smooth particles with one coefficient of
+//! restitution.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::replicas::pseudo_values;
@@ -392,7 +393,8 @@ const FACTORS: [fn(&DissipationFactors) -> f64; 6] = [
 /// Computes the factors of the dissipation identity in one time window of one replica, or of
 /// several merged.
 fn known_factors(plan: &CasePlan, window: &CollisionWindow) -> Option<DissipationFactors> {
-    // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian velocities.
+    // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian
+    // velocities.
     let chaos = if plan.dimension == 2 {
         kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0)
     } else {

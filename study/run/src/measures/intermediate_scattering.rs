@@ -1,7 +1,8 @@
 //! Measure `intermediate_scattering`: the intermediate scattering function `F(k, t) = (w/N) <rho(k,
 //! t) rho*(k, 0)>`, which shows how long density waves last.
 //!
-//! Time runs from a chosen moment of the run. It is a property of the density, so particles need not be known by their index.
+//! Time runs from a chosen moment of the run. It is a property of the density, so particles need
+//! not be known by their index.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::modes::{Amplitudes, ModeWeights};
@@ -23,8 +24,8 @@ pub struct IntermediateScattering;
 pub struct ScatteringOptions {
     /// Time of the density waves with which later ones are correlated.
     pub from: f64,
-    /// Shells to measure, as whole numbers n: shell n has the modes whose |k| L/2π rounds to n, with
-    /// the first side L of the box.
+    /// Shells to measure, as whole numbers n: shell n has the modes whose |k| L/2π rounds to n,
+    /// with the first side L of the box.
     pub wave_numbers: Vec<u64>,
     /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,

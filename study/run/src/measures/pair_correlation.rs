@@ -26,8 +26,9 @@ pub struct PairCorrelationOptions {
     pub times: Option<Vec<f64>>,
     /// Largest distance of g(r), in mean diameters.
     pub range: f64,
-    /// Width of the bins, in mean diameters. g(r) of inelastic particles has a cusp at contact, `sqrt(r - d)`; the value at
-    /// contact itself is in `contact_values.csv` of the measure `contacts`.
+    /// Width of the bins, in mean diameters. g(r) of inelastic particles has a cusp at contact,
+    /// `sqrt(r - d)`; the value at contact itself is in `contact_values.csv` of the measure
+    /// `contacts`.
     pub bin_width: f64,
 }
 

@@ -47,7 +47,8 @@ pub struct SnapshotOptions {
     /// Quantities of particles that are written next to positions. Default: `velocity`, `radius`
     /// and `mass`, and the others where particles differ in them.
     pub quantities: Option<Vec<ParticleQuantity>>,
-    /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of LAMMPS (`.dump`), GSD. Default: \["xyz"\].
+    /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of
+    /// LAMMPS (`.dump`), GSD. Default: \["xyz"\].
     pub formats: Option<Vec<SnapshotFormat>>,
 }
 

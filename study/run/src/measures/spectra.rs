@@ -550,7 +550,8 @@ fn fill_decay(
         };
         let sums: Vec<[f64; 2]> = records.iter().filter_map(own).collect();
         let found = growth(&sums, span);
-        // Modes of a shell count by their spectrum halfway through the run, when the start is forgotten.
+        // Modes of a shell count by their spectrum halfway through the run, when the start is
+        // forgotten.
         let halfway = clock(plan, 0.5 * plan.case.run.until);
         let clocks = [halfway, halfway + span];
         let expected =

@@ -1,8 +1,9 @@
 //! Reduced time `tau_1` of Bodrova & Osinsky (2024), Eqs. 6 and 7, which counts collisions of a
 //! reference species, by integration over samples.
 //!
-//! `d tau_1/dt = 4 n_1 d_1^2 chi sqrt(pi T_1/m_1)` is the rate at which a particle of species 1 hits its like in a Maxwellian gas.
-//! Between two samples `1/sqrt(T_1)` is taken to be linear in time, which Haff's law makes exact.
+//! `d tau_1/dt = 4 n_1 d_1^2 chi sqrt(pi T_1/m_1)` is the rate at which a particle of species 1
+//! hits its like in a Maxwellian gas. Between two samples `1/sqrt(T_1)` is taken to be linear in
+//! time, which Haff's law makes exact.
 
 use stosszahl_results::TableEstimate;
 
@@ -99,7 +100,8 @@ mod tests {
         let found = passed(1.0, &times(), &power);
         for (time, tau) in times().iter().zip(found) {
             let exact = 6.0 * ((1.0 + time).powf(1.0 / 6.0) - 1.0);
-            // The curvature of t^(5/6) over a fifth of a decade: its chord is off by (5/6)(1/6)(0.46)^2/12 = 0.25 %.
+            // The curvature of t^(5/6) over a fifth of a decade: its chord is off by
+            // (5/6)(1/6)(0.46)^2/12 = 0.25 %.
             assert!((tau - exact).abs() <= 2.5e-3 * exact, "{time}: {tau}");
         }
     }

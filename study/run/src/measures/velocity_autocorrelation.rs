@@ -1,8 +1,9 @@
 //! Measure `velocity_autocorrelation`: the function `C(t) = <v(0) . v(t)>/<v(0)^2>`, which shows
 //! how long particles remember their velocity.
 //!
-//! Time runs from a chosen moment of the run. Particles are known by their index, so an engine must keep it: event-driven
-//! dynamics, and Monte Carlo gases in which no simulators come, go, split or merge.
+//! Time runs from a chosen moment of the run. Particles are known by their index, so an engine must
+//! keep it: event-driven dynamics, and Monte Carlo gases in which no simulators come, go, split or
+//! merge.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};

@@ -129,7 +129,8 @@ fn monte_carlo<S: Space>(
     parameters.copies = match written.simulator_start {
         Some(WrittenCopies::Independent) => SimulatorStart::Independent,
         Some(WrittenCopies::Coherent) => SimulatorStart::Coherent,
-        // A gas that shear modes destabilise needs their seeds; in any other the copies are better independent.
+        // A gas that shear modes destabilise needs their seeds; in any other the copies are better
+        // independent.
         None if chaotic && plan.has_unstable_modes() => SimulatorStart::Coherent,
         None => parameters.copies,
     };

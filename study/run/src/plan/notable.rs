@@ -279,8 +279,9 @@ impl CasePlan {
     /// Describes the numerical error of a Monte Carlo engine that makes its comparisons void,
     /// because it exceeds the margin of the case; `None` without such an error.
     ///
-    /// Numerical are few simulators, wide cells along walls or gravity, and the penetrable disks of `dsmc-stochastic-disks`. That a scheme has by its
-    /// theory another collision rate than hard disks ([`CasePlan::rate_ratio`]) is no such error: a comparison measures it.
+    /// Numerical are few simulators, wide cells along walls or gravity, and the penetrable disks of
+    /// `dsmc-stochastic-disks`. That a scheme has by its theory another collision rate than hard
+    /// disks ([`CasePlan::rate_ratio`]) is no such error: a comparison measures it.
     pub fn numerical_error(&self, engine: &EnginePlan) -> Option<String> {
         let EngineKind::MonteCarlo(parameters) = &engine.kind else {
             return None;
@@ -421,7 +422,8 @@ impl CasePlan {
     /// Returns the width of the cells in mean free paths of the uniform gas, if it is too large.
     fn wide_cells(&self, parameters: &Parameters) -> Option<f64> {
         // Velocities in a uniform shear flow are relative to it at each particle, so cells do not
-        // carry its momentum: cells of 7 and of 21 mean free paths have the same stress within 0.1 %.
+        // carry its momentum: cells of 7 and of 21 mean free paths have the same stress within 0.1
+        // %.
         if self.is_sheared() {
             return None;
         }

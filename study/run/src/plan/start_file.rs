@@ -485,7 +485,8 @@ impl CasePlan {
         let radius = |index: usize| sizes[index].0;
         let mut places: Vec<_> = positions.iter().map(Vector3::xy).collect();
         let tolerance = OVERLAP_TOLERANCE * 2.0 * self.mean_radius();
-        // Each component of a distance is rounded by 2^-24 of a side at most, and so is the diameter.
+        // Each component of a distance is rounded by 2^-24 of a side at most, and so is the
+        // diameter.
         let rounding = 2.0 * SINGLE_PRECISION * self.lengths[0].max(self.lengths[1]);
         let (mut pairs, mut deepest) = (0, 0.0_f64);
         while pairs < MOST_SEPARATIONS

@@ -101,7 +101,8 @@ pub fn column(
     let Some(gravity) = plan.grains.gravity else {
         return Ok(None);
     };
-    // Exact dynamics needs room for its particles at the start, so that points do not begin uniform beside it.
+    // Exact dynamics needs room for its particles at the start, so that points do not begin uniform
+    // beside it.
     let centre = |act: Option<WallsActOn>| act.is_none_or(|place| place == WallsActOn::Centre);
     let points = engine.name == "dsmc-boltzmann"
         && (case.engine.boltzmann.as_ref()).is_some_and(|one| centre(one.wall_contact))

@@ -1,9 +1,9 @@
 //! Elastic twin of exact dynamics: a companion run from the same start without dissipation,
 //! compared at equal numbers of collisions per particle.
 //!
-//! Partners meet again in every dense gas. The elastic gas at the same packing shows what of this is
-//! density and excluded area, and what is dissipation. Its trajectory does not depend on the scale
-//! of velocities, so the two gases are compared at equal numbers of collisions per particle.
+//! Partners meet again in every dense gas. The elastic gas at the same packing shows what of this
+//! is density and excluded area, and what is dissipation. Its trajectory does not depend on the
+//! scale of velocities, so the two gases are compared at equal numbers of collisions per particle.
 
 use std::mem;
 
