@@ -28,7 +28,8 @@ struct Point {
     began: Instant,
     shown: Instant,
     bar: Option<ProgressBar>,
-    /// Slow activity in progress, such as a checkpoint, that is not shown yet.
+    /// Description of what slows a part of the run down, such as its busiest particles, if it was
+    /// not shown yet.
     activity: Option<String>,
 }
 

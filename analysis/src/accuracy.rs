@@ -114,8 +114,9 @@ impl SettingAccuracy {
         .filter(|_| finite)
     }
 
-    /// Returns this accuracy with the systematic error set to zero, for a method that is exact by
-    /// definition, such as the method of the reference.
+    /// Returns this accuracy with a systematic error of zero, whose uncertainty is that of the
+    /// reference. It is for a method that is exact by definition, such as the method of the
+    /// reference.
     #[must_use]
     pub fn without_systematic_error(self) -> Self {
         Self {

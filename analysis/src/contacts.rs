@@ -211,8 +211,8 @@ pub struct ContactObserver {
 }
 
 impl ContactObserver {
-    /// Creates an observer with windows `[start, end)` \[time\], which may overlap, and samples the
-    /// gas once.
+    /// Creates an observer with windows `[start, end)` \[time\], which may overlap, and fits the
+    /// local flow and temperature of the gas.
     pub fn new(spans: &[[f64; 2]], particles: &Particles) -> Self {
         let mut contacts = Self {
             windows: spans

@@ -18,7 +18,7 @@ use crate::memory::{BUILDING, need_memory};
 /// return one.
 #[derive(Clone, Debug)]
 pub struct Gas {
-    /// Species, contact laws and gravity of the particles.
+    /// Particle properties: sizes, contact laws and external field.
     pub grains: ParticleSpec,
     /// State of all particles; without positions in a homogeneous gas.
     pub particles: Particles,

@@ -31,7 +31,7 @@ pub(crate) struct Shares {
 }
 
 /// Returns the number of repetitions of a setting that fit into a CPU time `share` \[s\], at
-/// `seconds` of CPU time for one run.
+/// `seconds` of CPU time for one run; from 4 to 256.
 fn repetitions(share: f64, seconds: f64) -> u64 {
     ((share / seconds) as u64).clamp(REPETITIONS[0], REPETITIONS[1])
 }

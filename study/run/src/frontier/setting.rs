@@ -222,8 +222,8 @@ impl List<'_> {
         }
     }
 
-    /// Adds a sequence of Monte Carlo settings of decreasing h to the list; `steps` yields h and
-    /// the parameters.
+    /// Adds a sequence of Monte Carlo settings to the list; `steps` yields the parameter h and the
+    /// settings' parameters.
     fn sequence(
         &mut self,
         sequence: &'static str,

@@ -44,7 +44,7 @@ pub struct CasePlan {
     /// Cached temperatures of a homogeneous rough gas at the sample times of the series: at
     /// Enskog's collision rate, and at that of a dilute gas.
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
-    /// Particles, contact laws and external field, in the form of the engines.
+    /// Particle properties in the form of the engines: sizes, contact laws and external field.
     pub grains: ParticleSpec,
     /// Law of normal restitution of colliding pairs.
     pub law: Law,

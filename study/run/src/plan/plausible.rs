@@ -260,7 +260,7 @@ impl CasePlan {
             return list;
         }
         let exact = self.engine("ed").is_some();
-        let diameters = || self.radii_of_kinds();
+        let diameters = || self.diameter_range();
         let (least, most) = diameters();
         if exact && most > UNLIKE * least && least > 0.0 {
             list.push(format!(
@@ -303,7 +303,7 @@ impl CasePlan {
     }
 
     /// Returns the smallest and largest diameter of all particles \[length\].
-    fn radii_of_kinds(&self) -> (f64, f64) {
+    fn diameter_range(&self) -> (f64, f64) {
         let mut range = (f64::INFINITY, 0.0_f64);
         let mut add = |radius: f64| range = (range.0.min(2.0 * radius), range.1.max(2.0 * radius));
         match &self.grains.sizes {

@@ -65,8 +65,8 @@ impl ParticleQuantity {
         matches!(self, Self::Velocity | Self::AngularVelocity)
     }
 
-    /// Returns true if the quantity is written by default: particles differ in it, or it is always
-    /// written.
+    /// Returns true if the quantity is written by default: velocity, radius and mass always, others
+    /// if particles have or differ in them.
     fn is_written_by_default(self, particles: &Particles) -> bool {
         let mut all = particles.all.iter();
         match self {
