@@ -136,7 +136,7 @@ type Record = Option<Observed>;
 struct ContactProbe {
     spans: Vec<[f64; 2]>,
     record: Record,
-    /// For the elastic twin: particles, their number, and their theoretical collisions per time at
+    /// Elastic twin's input: particles, their number, and their theoretical collisions per time at
     /// temperature 1. `None` without a twin.
     grains: Option<(ParticleSpec, usize, f64)>,
     twin: Option<ElasticTwin>,

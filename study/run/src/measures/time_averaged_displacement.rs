@@ -166,6 +166,7 @@ pub(super) struct PathRow {
     pub lag: f64,
     /// Index of the species, from 0.
     pub species: usize,
+    /// Time-averaged squared displacement over the lag, with its theory \[engine length^2\].
     pub displacement: TableEstimate,
     /// Ergodicity breaking parameter: variance of the time averages of single trajectories over
     /// their squared mean.

@@ -422,8 +422,8 @@ impl CasePlan {
     /// Returns the width of the cells in mean free paths of the uniform gas, if it is too large.
     fn wide_cells(&self, parameters: &Parameters) -> Option<f64> {
         // Velocities in a uniform shear flow are relative to it at each particle, so cells do not
-        // carry its momentum: cells of 7 and of 21 mean free paths have the same stress within 0.1
-        // %.
+        // carry its momentum: cells of 7 and of 21 mean free paths have the same stress within
+        // 0.1 %.
         if self.is_sheared() {
             return None;
         }
