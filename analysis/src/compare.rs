@@ -193,7 +193,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &VerdictRule) -> Vec<Quotient>
         .filter(|(_, same)| !**same)
         .map(|(values, _)| &values[..])
         .collect();
-    let mut quantiles = quantiles(&asked, rule.level).into_iter();
+    let mut quantiles = interval_half_widths(&asked, rule.level).into_iter();
     let mut list = Vec::new();
     for (values, same) in logs.iter().zip(same) {
         let quantile = if same { Some(0.0) } else { quantiles.next() };
@@ -232,7 +232,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &VerdictRule) -> Vec<Quotient>
 /// `values[t]` holds the number of each replica at time t, or pseudo-values.
 pub fn differences(values: &[Vec<f64>], rule: &VerdictRule) -> Vec<Interval> {
     let rows: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-    let quantiles = quantiles(&rows, rule.level);
+    let quantiles = interval_half_widths(&rows, rule.level);
     let one = |(values, far): (&Vec<f64>, f64)| {
         let found = Estimate::over_replicas(values);
         let value = found.map_or(f64::NAN, |found| found.value);
@@ -252,7 +252,7 @@ pub fn differences(values: &[Vec<f64>], rule: &VerdictRule) -> Vec<Interval> {
 
 /// Half widths of simultaneous confidence intervals at several times, in standard errors. Half of
 /// the level is for the last time, half for all others together.
-fn quantiles(rows: &[&[f64]], level: f64) -> Vec<f64> {
+fn interval_half_widths(rows: &[&[f64]], level: f64) -> Vec<f64> {
     let student = |values: &[f64], level| quantile(level, Some(values.len().saturating_sub(1)));
     let Some((last, others)) = rows.split_last() else {
         return Vec::new();

@@ -283,7 +283,7 @@ impl ContactObserver {
             // Other particles of the cells of the pair, by a fixed sequence of numbers.
             let other = |who: usize, draws: &mut u64| loop {
                 let all = &members[cells[who]];
-                let chosen = all[(next(draws) % all.len() as u64) as usize];
+                let chosen = all[(next_random(draws) % all.len() as u64) as usize];
                 if chosen != i && chosen != j {
                     break chosen;
                 }
@@ -374,7 +374,7 @@ impl Observer for ContactObserver {
 
 /// Returns the next number of the splitmix64 generator (Steele, Lea & Flood 2014,
 /// doi:10.1145/2660193.2660195).
-fn next(state: &mut u64) -> u64 {
+fn next_random(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut mixed = *state;
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -178,7 +178,7 @@ impl StressRecorder {
 
     /// Advances the kinetic stress by a time of free flight in the shear flow; returns its integral
     /// over that time.
-    fn fly(&mut self, time: f64) -> Matrix3<f64> {
+    fn fly_freely(&mut self, time: f64) -> Matrix3<f64> {
         if self.shear_rate == 0.0 {
             return self.kinetic * time;
         }
@@ -219,18 +219,18 @@ impl StressRecorder {
         self.since = now;
         if from < self.start {
             let to = now.min(self.start);
-            self.fly(to - from);
+            self.fly_freely(to - from);
             from = to;
         }
         while from < now {
-            let Some(number) = self.block(from) else {
-                self.fly(now - from);
+            let Some(number) = self.block_of(from) else {
+                self.fly_freely(now - from);
                 return;
             };
             let end = self.start + self.length * (number + 1) as f64;
             // A block that rounding has left empty ends at once.
             let to = if end > from { now.min(end) } else { now };
-            let integral = self.fly(to - from);
+            let integral = self.fly_freely(to - from);
             let block = &mut self.blocks[number];
             block.kinetic += integral;
             block.duration += to - from;
@@ -239,7 +239,7 @@ impl StressRecorder {
     }
 
     /// Returns the index of the time block that contains a time; `None` outside all blocks.
-    fn block(&self, time: f64) -> Option<usize> {
+    fn block_of(&self, time: f64) -> Option<usize> {
         let number = (time - self.start) / self.length;
         let inside = number >= 0.0 && number < self.blocks.len() as f64;
         inside.then_some(number as usize)
@@ -250,7 +250,7 @@ impl Observer for StressRecorder {
     fn on_collisions(&mut self, batch: &[Collision]) {
         for one in batch {
             self.advance(one.time);
-            if let Some(number) = self.block(one.time) {
+            if let Some(number) = self.block_of(one.time) {
                 let block = &mut self.blocks[number];
                 block.collisional += one.momentum_transfer * one.weight;
                 block.energy_lost += one.energy_lost() * one.weight;

@@ -287,7 +287,7 @@ impl StructureFactorPlan {
         if largest == 0 {
             return Err(Error::WaveNumberInvalid);
         }
-        let (indices, sites) = shape(lengths, options);
+        let (indices, sites) = lattice_shape(lengths, options);
         if sites[0].saturating_mul(sites[1]) > LARGEST_LATTICE {
             return Err(Error::LatticeTooLarge {
                 sites,
@@ -343,7 +343,7 @@ impl StructureFactorPlan {
     /// Estimates the memory of the lattice and of the list of modes in a box with sides `lengths`
     /// \[bytes\].
     pub fn memory_bytes(lengths: [f64; 2], options: LatticeOptions) -> f64 {
-        let ([rows, columns], sites) = shape(lengths, options);
+        let ([rows, columns], sites) = lattice_shape(lengths, options);
         let [x, y] = sites.map(|sites| sites as f64);
         let lattice = size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (columns + 1) as f64 * x);
         // Modes in half an ellipse.
@@ -572,7 +572,7 @@ impl ParticleReduction for LatticePoints {
 }
 
 /// Computes the largest mode indices and the number of lattice sites, along x and y.
-fn shape(lengths: [f64; 2], options: LatticeOptions) -> ([usize; 2], [usize; 2]) {
+fn lattice_shape(lengths: [f64; 2], options: LatticeOptions) -> ([usize; 2], [usize; 2]) {
     let indices = largest_indices(lengths, options.largest_wave_number);
     let along = |axis| sites(lengths[axis], options.diameter, indices[axis]);
     (indices, [along(0), along(1)])

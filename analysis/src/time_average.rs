@@ -53,7 +53,7 @@ impl<const N: usize> TimeErrors<N> {
         averages: &[[f64; N]],
         part: impl Fn(usize, usize, Range<usize>) -> Option<[f64; N]>,
     ) -> Self {
-        let levels: Vec<Level<N>> = divisions(replicas, blocks)
+        let levels: Vec<Level<N>> = block_divisions(replicas, blocks)
             .into_iter()
             .map(|each| {
                 let joined = |index: usize| index * blocks / each..(index + 1) * blocks / each;
@@ -103,7 +103,7 @@ struct Level<const N: usize> {
 }
 
 /// Returns the block counts per replica that are tried, from all its blocks down to one.
-fn divisions(replicas: usize, blocks: usize) -> Vec<usize> {
+fn block_divisions(replicas: usize, blocks: usize) -> Vec<usize> {
     let mut divisions = Vec::new();
     let mut each = blocks;
     while each > 1 && (divisions.is_empty() || replicas * each >= FEWEST) {
@@ -289,8 +289,8 @@ mod tests {
             |_, _, blocks: Range<usize>| Some([if blocks.start == 0 { f64::NAN } else { 1.0 }]);
         let found = TimeErrors::new([1, 8], &[[1.0]], gap);
         assert_eq!(found.standard_errors[0][0], 0.0);
-        assert_eq!(divisions(2, 40), [40, 20, 10, 5, 2, 1]);
-        assert_eq!(divisions(1, 40), [40, 20, 10, 5]);
-        assert_eq!(divisions(3, 1), [1]);
+        assert_eq!(block_divisions(2, 40), [40, 20, 10, 5, 2, 1]);
+        assert_eq!(block_divisions(1, 40), [40, 20, 10, 5]);
+        assert_eq!(block_divisions(3, 1), [1]);
     }
 }

@@ -80,7 +80,7 @@ impl History {
             known.position(|&other| other as usize == whom)
         };
         let between = since(i, j).zip(since(j, i)).map(|(a, b)| a + b);
-        let ring = self.ring([self.last[i], self.last[j]]);
+        let ring = self.shortest_ring([self.last[i], self.last[j]]);
         for (who, whom) in [(i, j), (j, i)] {
             self.partners[who].rotate_right(1);
             self.partners[who][0] = whom as u32;
@@ -103,7 +103,7 @@ impl History {
     }
 
     /// Returns the parents of all collisions of one generation.
-    fn before(&self, (level, count): &Level) -> Level {
+    fn parents_of(&self, (level, count): &Level) -> Level {
         let mut before: Level = ([0; WIDEST], 0);
         for &event in &level[..*count] {
             for ago in self.parents[(event % self.parents.len() as u64) as usize] {
@@ -119,7 +119,7 @@ impl History {
 
     /// Computes the length of the shortest ring, in collisions, that a new collision closes;
     /// `parents` are the last collisions of its partners.
-    fn ring(&self, parents: [u64; 2]) -> Option<usize> {
+    fn shortest_ring(&self, parents: [u64; 2]) -> Option<usize> {
         // Levels 1, 2, ... of both pasts.
         let mut levels = parents.map(|event| {
             let known = usize::from(self.is_stored(event));
@@ -137,7 +137,7 @@ impl History {
             }
             if length < LONGEST_RING {
                 for levels in &mut levels {
-                    let next = self.before(&levels[length - 2]);
+                    let next = self.parents_of(&levels[length - 2]);
                     levels.push(next);
                 }
             }

@@ -200,7 +200,7 @@ impl Format {
                 let close = nearest(name, names().map(String::as_str)).map(str::to_owned);
                 let mut problem = Problem::new(&below(key, name), Fault::UnknownKey { allowed });
                 let inside = || {
-                    let path = shallowest(schema, name)?;
+                    let path = shallowest_path(schema, name)?;
                     Some(dotted(&[key, &path[..]].concat()))
                 };
                 let renamed = new_name(&below(key, name)).map(str::to_owned);
@@ -226,7 +226,7 @@ impl Format {
     /// Returns the full name of the least deep key with the given last name; `None` if no table has
     /// one.
     fn full_key_of(&self, name: &str) -> Option<String> {
-        let found = shallowest(&self.json, name)?;
+        let found = shallowest_path(&self.json, name)?;
         Some(match &found[..] {
             [alone] => format!("{alone}{OUTSIDE}"),
             _ => dotted(&found),
@@ -235,7 +235,7 @@ impl Format {
 }
 
 /// Returns the path of the least deep key with a given last name.
-fn shallowest(schema: &Json, name: &str) -> Option<KeyPath> {
+fn shallowest_path(schema: &Json, name: &str) -> Option<KeyPath> {
     /// Largest depth of a key inside tables of tables, such as those of engines and measurements.
     const DEPTH: usize = 3;
     (1..=DEPTH).find_map(|depth| path_to(schema, name, depth))
@@ -374,8 +374,8 @@ fn allowed(schema: &Json) -> String {
     }
     for choice in alternatives(schema) {
         parts.push(match choice["type"].as_str() {
-            Some("integer") => format!("a whole number{}", range(choice)),
-            Some("number") => format!("a number{}", range(choice)),
+            Some("integer") => format!("a whole number{}", format_range(choice)),
+            Some("number") => format!("a number{}", format_range(choice)),
             Some("boolean") => "true or false".to_owned(),
             Some("string") if words.is_empty() => "a text".to_owned(),
             Some("array") => list(choice),
@@ -419,7 +419,7 @@ fn format_short(limit: f64) -> String {
 }
 
 /// Formats the range that a schema gives to a number.
-fn range(schema: &Json) -> String {
+fn format_range(schema: &Json) -> String {
     let limit = |key: &str| {
         let number = schema.get(key)?;
         let number = number.as_u64().map_or_else(

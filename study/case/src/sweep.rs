@@ -97,7 +97,7 @@ pub(crate) fn expand(
             let values = match axis {
                 SweepAxis::List(list) => list.clone(),
                 SweepAxis::Range(range) => {
-                    match steps(range, format.type_of(&key) == Some("integer")) {
+                    match range_values(range, format.type_of(&key) == Some("integer")) {
                         Ok(values) => values,
                         Err(allowed) => return refuse(&allowed),
                     }
@@ -145,7 +145,7 @@ fn too_many() -> String {
 }
 
 /// Returns the values of a swept range, or an error message; whole numbers if `whole`.
-fn steps(range: &SweepRange, whole: bool) -> Result<Vec<Value>, String> {
+fn range_values(range: &SweepRange, whole: bool) -> Result<Vec<Value>, String> {
     let &SweepRange {
         from,
         to,
@@ -230,7 +230,7 @@ impl Names {
             let last = one.key.last().map_or("", String::as_str);
             let ambiguous = self.ambiguous.contains(last);
             let key = if ambiguous { one.written.trim() } else { last };
-            format!("{key}={}", plain(&one.value))
+            format!("{key}={}", format_value(&one.value))
         };
         let parts: Vec<String> = point.iter().map(part).collect();
         let safe = |c: char| {
@@ -250,16 +250,16 @@ impl Names {
 }
 
 /// Formats a swept value in few letters, for a folder name.
-fn plain(value: &Value) -> String {
+fn format_value(value: &Value) -> String {
     match value {
         Value::Float(number) if (1e-4..1e15).contains(&number.abs()) || *number == 0.0 => {
             number.to_string()
         }
         Value::Float(number) => format!("{number:e}"),
         Value::String(text) => text.clone(),
-        Value::Array(list) => list.iter().map(plain).collect::<Vec<_>>().join("_"),
+        Value::Array(list) => list.iter().map(format_value).collect::<Vec<_>>().join("_"),
         Value::Table(table) => {
-            let part = |(key, value): (&String, &Value)| format!("{key}_{}", plain(value));
+            let part = |(key, value): (&String, &Value)| format!("{key}_{}", format_value(value));
             table.iter().map(part).collect::<Vec<_>>().join("_")
         }
         other => other.to_string(),

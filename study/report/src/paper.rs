@@ -99,19 +99,19 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
             drawings.push(page::figure(number, &shown.title, &shown.caption, &drawn));
         }
         let first = number + 1;
-        let ratios = ratios(figure, first);
+        let ratios = ratio_figure(figure, first);
         number += usize::from(ratios.is_some());
         figures.push(html! {
             section id=(figure_anchor(figure.name)) {
                 h2 { (figure_name(figure.name)) ". " (figure.title) }
                 @if let Some(missing) = figure.missing { p { strong { "Not here: " } (missing) } }
                 @for drawing in &drawings { (drawing) }
-                (claims(&figure.claims))
+                (claims_table(&figure.claims))
                 @if let Some(ratios) = &ratios { (ratios) }
             }
         });
     }
-    let runs = runs(folder, &paper.runs)?;
+    let runs = runs_table(folder, &paper.runs)?;
     let content = html! {
         h1 { (paper.title) }
         p.lead { (paper.source) }
@@ -176,7 +176,7 @@ fn drawn(
 }
 
 /// Builds the HTML table of the claims about a figure, each with its verdict.
-fn claims(all: &[PaperClaim<'_>]) -> Markup {
+fn claims_table(all: &[PaperClaim<'_>]) -> Markup {
     html! {
         @if !all.is_empty() {
             div.scroll { table {
@@ -191,7 +191,7 @@ fn claims(all: &[PaperClaim<'_>]) -> Markup {
                     td.text { (page::kind(one.verdict.kind)) }
                 } } }
             } }
-            @let corrections = corrections(all);
+            @let corrections = claim_corrections(all);
             @if !corrections.is_empty() {
                 p { strong { "Corrections. " } }
                 ul { @for (claim, correction) in &corrections { li { strong { (claim) } ": " (correction) } } }
@@ -205,7 +205,7 @@ fn claims(all: &[PaperClaim<'_>]) -> Markup {
 }
 
 /// Returns the corrections of the paper with their claims, each once.
-fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
+fn claim_corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
     let mut found: Vec<(&str, &str)> = Vec::new();
     for one in all {
         if let Some(correction) = one.correction
@@ -218,7 +218,7 @@ fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
 }
 
 /// Builds the HTML figure of the ratios of found to claimed values; `None` with fewer than two.
-fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
+fn ratio_figure(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
     let mut table = stosszahl_results::table! {
         "claims", "What was found over what the paper says.";
         key "claim", "1", "Number of the claim in the table above";
@@ -247,7 +247,7 @@ fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
 }
 
 /// Builds the HTML table of the runs, each with its headline and a link to its report.
-fn runs(folder: &Path, all: &[PaperRun<'_>]) -> Result<Markup, ReportError> {
+fn runs_table(folder: &Path, all: &[PaperRun<'_>]) -> Result<Markup, ReportError> {
     let mut rows = Vec::new();
     for run in all {
         let inside = folder.join(run.name);

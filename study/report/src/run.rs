@@ -47,7 +47,7 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportErro
         (particles(&player, manifest))
         section id="tables" {
             @if rest().next().is_some() { h2 { "More tables" } @for table in rest() { (page::folded(table)) } }
-            (derived(manifest)) (work(manifest)) (start(manifest))
+            (derived(manifest)) (work_table(manifest)) (start_table(manifest))
         }
         (provenance(manifest, &archive.section()))
     };
@@ -277,7 +277,7 @@ fn particles(player: &Player, manifest: &Manifest) -> Markup {
                         @if player.sampled { " Where not all particles are shown, those that are shown are a fair sample." }
                         @if player.shown < player.available { " Shown are " (player.shown) " of " (player.available) " times." }
                     }
-                    (controls(player))
+                    (player_controls(player))
                     div id="viewer" {}
                     noscript { p.absent { "The player needs JavaScript." } }
                     script type="application/json" id="frames" { (PreEscaped(&player.data)) }
@@ -288,7 +288,7 @@ fn particles(player: &Player, manifest: &Manifest) -> Markup {
 }
 
 /// Builds the controls of the particle player, and its colour legend.
-fn controls(player: &Player) -> Markup {
+fn player_controls(player: &Player) -> Markup {
     html! {
         // The script shows the controls, which do nothing without it.
         div.controls id="viewer-controls" hidden {
@@ -337,7 +337,7 @@ fn derived(manifest: &Manifest) -> Markup {
 }
 
 /// Builds the table of the engines' work counters, with one column for each engine.
-fn work(manifest: &Manifest) -> Markup {
+fn work_table(manifest: &Manifest) -> Markup {
     let engines = &manifest.engines;
     let mut rows: Vec<Vec<String>> = Vec::new();
     let mut add = |name: &str, value: &dyn Fn(usize) -> Option<String>| {
@@ -377,7 +377,7 @@ fn work(manifest: &Manifest) -> Markup {
 }
 
 /// Builds the table of the initial states of the replicas.
-fn start(manifest: &Manifest) -> Markup {
+fn start_table(manifest: &Manifest) -> Markup {
     let mut rows = Vec::new();
     for start in &manifest.start {
         for test in &start.tests {

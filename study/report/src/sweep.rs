@@ -105,7 +105,7 @@ fn question(points: &[Option<Stored>]) -> RunQuestion {
 /// other figures against the swept keys, and each figure at all points.
 fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<Named>; 3] {
     let question = question(points);
-    let all: Vec<(Table, &Figure, String)> = (common(points).into_iter())
+    let all: Vec<(Table, &Figure, String)> = (first_figures(points).into_iter())
         .map(|(like, figure, file)| {
             (
                 rows_at_all_points(sweep, points, keys, like, figure),
@@ -120,7 +120,7 @@ fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<N
     // The answer to the question against the swept keys: as a map where two keys span one, and as
     // curves with error bars.
     let drawn = |(table, figure, file): &(Table, &Figure, String)| {
-        let (rows, trend, map) = trend(table, keys, figure)?;
+        let (rows, trend, map) = trend_figure(table, keys, figure)?;
         let leads = answers(table, figure);
         let curves = map.is_none() || leads;
         // If there is a map, it gets the name of the figure.
@@ -168,7 +168,7 @@ pub(crate) fn at_each_point(
     let read = |point: &SweepPoint| Stored::read(&folder.join(&point.name));
     let points: Vec<Option<Stored>> = sweep.points.iter().map(read).collect::<Result<_, _>>()?;
     let keys = keys(sweep);
-    let drawn = common(&points).into_iter();
+    let drawn = first_figures(&points).into_iter();
     let drawn = drawn.map(|(like, figure, _)| {
         let gathered = rows_at_all_points(sweep, &points, &keys, like, figure);
         (gathered, at_each(figure))
@@ -177,7 +177,7 @@ pub(crate) fn at_each_point(
 }
 
 /// Returns tables and figures of the first finished point, with the names of their drawings.
-fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
+fn first_figures(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
     let tables = points
         .iter()
         .flatten()
@@ -193,7 +193,7 @@ fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
 }
 
 /// Returns the first headline verdict of a point.
-fn conclusion(stored: &Stored) -> Option<&VerdictText> {
+fn first_headline(stored: &Stored) -> Option<&VerdictText> {
     headlines(&stored.manifest.verdicts).first().copied()
 }
 
@@ -210,7 +210,7 @@ fn changed_table_warnings(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Marku
 /// Computes intervals of the compared numbers of all points, corrected for multiple testing.
 fn corrections(points: &[Option<Stored>]) -> Numbers {
     let number = |stored: &Option<Stored>| {
-        let first = conclusion(stored.as_ref()?)?;
+        let first = first_headline(stored.as_ref()?)?;
         let sound = first.kind != VerdictKind::Void;
         first.number.clone().filter(|_| sound)
     };
@@ -230,7 +230,7 @@ fn verdict_counts(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     for (stored, number) in points.iter().zip(numbers) {
         let kind = match (stored, number) {
             (_, Some((_, corrected))) => corrected.kind,
-            (Some(stored), None) => match conclusion(stored) {
+            (Some(stored), None) => match first_headline(stored) {
                 Some(verdict) => verdict.kind,
                 None => continue,
             },
@@ -296,7 +296,7 @@ fn overview(
                 th.text scope="col" { "verdict of the point" }
             } }
             tbody { @for (((point, stored), judged), number) in sweep.points.iter().zip(points).zip(numbers).zip(1..) { tr {
-                td.text { @if stored.is_some() { a href=(link(&point.name)) title=(point.name) { (number) } } @else { (number) } }
+                td.text { @if stored.is_some() { a href=(report_link(&point.name)) title=(point.name) { (number) } } @else { (number) } }
                 @for key in keys { td { (words::setting(point.values.get(*key))) } }
                 @if some {
                     @match judged {
@@ -309,7 +309,7 @@ fn overview(
                     }
                 }
                 td.text.long {
-                    @match stored.as_ref().map(conclusion) {
+                    @match stored.as_ref().map(first_headline) {
                         Some(Some(verdict)) => { (page::kind(verdict.kind)) " " (verdict.sentence) }
                         Some(None) => "–",
                         None => { "not finished: no " code { (MANIFEST_FILE) } }
@@ -321,7 +321,7 @@ fn overview(
 }
 
 /// Returns the relative link to the report of a sweep point, percent-encoded.
-fn link(name: &str) -> String {
+fn report_link(name: &str) -> String {
     let mut address = String::from("./");
     for byte in name.bytes() {
         if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {
@@ -422,7 +422,7 @@ fn at_each(figure: &Figure) -> Figure {
 /// values, and its table.
 ///
 /// If two keys have several values, a map is drawn too.
-fn trend(
+fn trend_figure(
     all: &Table,
     keys: &[&String],
     figure: &Figure,

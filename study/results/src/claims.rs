@@ -96,7 +96,7 @@ struct Pulse {
 
 impl Pulse {
     /// Writes the heartbeat file, so that the file system's clock sets its modification time.
-    fn beat(&self) -> io::Result<()> {
+    fn write_heartbeat(&self) -> io::Result<()> {
         let mut locked = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         let (file, count) = &mut *locked;
         *count += 1;
@@ -111,7 +111,7 @@ impl Pulse {
     fn now(&self, within: Duration) -> io::Result<SystemTime> {
         let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.is_none_or(|last| last.elapsed() > within) {
-            self.beat()?;
+            self.write_heartbeat()?;
         }
         self.metadata()?.modified()
     }
@@ -127,7 +127,7 @@ fn claim_path(folder: &Path, task: &str, generation: u32) -> PathBuf {
 }
 
 /// Returns the identity of this machine since its boot; `None` if the system does not provide one.
-fn machine() -> Option<String> {
+fn machine_id() -> Option<String> {
     let boot = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok()?;
     let boot = boot.trim();
     let known = !boot.is_empty() && boot.len() <= MACHINE_WIDTH;
@@ -138,7 +138,7 @@ fn machine() -> Option<String> {
 pub(crate) fn unique_id() -> String {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let mut hash = blake3::Hasher::new();
-    hash.update(machine().unwrap_or_default().as_bytes());
+    hash.update(machine_id().unwrap_or_default().as_bytes());
     hash.update(&std::process::id().to_le_bytes());
     hash.update(&COUNT.fetch_add(1, Ordering::Relaxed).to_le_bytes());
     if let Ok(time) = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH) {
@@ -172,7 +172,7 @@ impl FolderWorker {
         };
         fs::create_dir_all(&folder).map_err(failed(&folder))?;
         let id = unique_id();
-        let machine = machine().unwrap_or_default();
+        let machine = machine_id().unwrap_or_default();
         // Hidden until it is locked, since an unlocked file counts as that of a dead process.
         let (hidden, path) = (
             folder.join(format!(".{id}")),
@@ -195,7 +195,7 @@ impl FolderWorker {
             file: Mutex::new((file, 0)),
             last: Mutex::new(None),
         });
-        pulse.beat().map_err(failed(&hidden))?;
+        pulse.write_heartbeat().map_err(failed(&hidden))?;
         fs::rename(&hidden, &path).map_err(failed(&path))?;
         let (end, ended) = channel::<()>();
         let beats = period.map(|period| {
@@ -203,7 +203,7 @@ impl FolderWorker {
             thread::spawn(move || {
                 while ended.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
                     // A full disk or an unavailable server; the next heartbeat may succeed.
-                    let _ = beating.beat();
+                    let _ = beating.write_heartbeat();
                 }
             })
         });
@@ -229,7 +229,7 @@ impl FolderWorker {
     }
 
     /// Returns the state of the process that holds a claim; `None` if there is no such claim.
-    fn holder(&self, claim: &Path) -> io::Result<Option<Holder>> {
+    fn claim_holder(&self, claim: &Path) -> io::Result<Option<Holder>> {
         let open = OpenOptions::new().read(true).write(true).open(claim);
         let mut file = match open {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -271,7 +271,10 @@ impl FolderWorker {
         let failed = |path: &Path, source| ResultsError::system(path, "written")(source);
         loop {
             let path = claim.path();
-            let Some(holder) = self.holder(&path).map_err(|error| failed(&path, error))? else {
+            let Some(holder) = self
+                .claim_holder(&path)
+                .map_err(|error| failed(&path, error))?
+            else {
                 break;
             };
             let next = claim_path(folder, task, claim.generation + 1);
@@ -337,7 +340,7 @@ impl FolderWorker {
                 continue;
             }
             let path = entry.path();
-            let holder = self.holder(&path);
+            let holder = self.claim_holder(&path);
             let holder = holder.map_err(ResultsError::system(&path, "read"))?;
             if holder == Some(Holder::Alive) {
                 return Ok(true);
@@ -427,7 +430,7 @@ impl FolderWorker {
     pub(crate) fn remove_lost(&self) {
         for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             if entry.file_name().to_str().is_some_and(is_of_worker)
-                && matches!(self.holder(&entry.path()), Ok(Some(Holder::Lost)))
+                && matches!(self.claim_holder(&entry.path()), Ok(Some(Holder::Lost)))
             {
                 let _ = fs::remove_file(entry.path());
             }
@@ -532,7 +535,7 @@ mod tests {
         assert!(!second.find_other().expect("read"));
         // The next heartbeat of the first process makes it alive again, but does not restore its
         // task.
-        first.pulse.beat().expect("a heartbeat");
+        first.pulse.write_heartbeat().expect("a heartbeat");
         assert!(second.find_other().expect("read") && !first.holds(&claim));
         assert_eq!(first.claim(&folder, "a").expect("links"), None);
     }

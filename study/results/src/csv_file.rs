@@ -82,7 +82,7 @@ impl Table {
             let bytes = writer.into_inner();
             bytes.map_err(|error| error.into_error().into())
         };
-        write().map_err(|error| fault(Path::new(&self.file()), &error))
+        write().map_err(|error| csv_error(Path::new(&self.file()), &error))
     }
 
     /// Checks that every row has one cell for each column, and that columns with a unit hold no
@@ -123,8 +123,8 @@ impl Table {
         let mut reader = ReaderBuilder::new()
             .flexible(true)
             .from_path(path)
-            .map_err(|error| fault(path, &error))?;
-        let header = reader.headers().map_err(|error| fault(path, &error))?;
+            .map_err(|error| csv_error(path, &error))?;
+        let header = reader.headers().map_err(|error| csv_error(path, &error))?;
         let expected = self.columns.iter().map(|column| &*column.name);
         if header.iter().ne(expected.clone()) {
             return Err(ResultsError::Columns {
@@ -134,7 +134,7 @@ impl Table {
             });
         }
         let mut record = StringRecord::new();
-        while (reader.read_record(&mut record)).map_err(|error| fault(path, &error))? {
+        while (reader.read_record(&mut record)).map_err(|error| csv_error(path, &error))? {
             let line = record.position().map_or(0, csv::Position::line);
             if record.len() != self.columns.len() {
                 return Err(ResultsError::Length {
@@ -161,7 +161,7 @@ impl Table {
 }
 
 /// Converts an error of the CSV parser to an error of results, with its position.
-fn fault(path: &Path, error: &csv::Error) -> ResultsError {
+fn csv_error(path: &Path, error: &csv::Error) -> ResultsError {
     let line = error.position().map_or(0, csv::Position::line);
     match error.kind() {
         csv::ErrorKind::Utf8 { .. } => ResultsError::Cell {

@@ -123,11 +123,11 @@ impl Folder {
         runs: Vec<RunId>,
     ) -> Result<Self, ResultsError> {
         require_names(&runs)?;
-        admit(path, existing, inputs, &runs)?;
+        check_admission(path, existing, inputs, &runs)?;
         fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
         let (mut list, warning) = FileList::lock(path, false)?;
         // Another process may have changed it in between.
-        let known = admit(path, existing, inputs, &runs)?;
+        let known = check_admission(path, existing, inputs, &runs)?;
         if path.join(CLAIMS).exists() {
             require_unshared(path)?;
             list.take_over(&claims::lists(path))
@@ -161,7 +161,7 @@ impl Folder {
         require_names(&runs)?;
         let is_marked = || Ok::<bool, ResultsError>(RunMark::read_mark(path)?.is_some());
         if !is_marked()? {
-            admit(path, Existing::Refuse, inputs, &runs)?;
+            check_admission(path, Existing::Refuse, inputs, &runs)?;
             fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
         }
         let (mut list, warning) = FileList::lock(path, true)?;
@@ -170,7 +170,7 @@ impl Folder {
             // The first process creates the mark; all others find and compare it.
             write_new(&file, &json(&file, &RunMark::new(&runs))?)?;
         }
-        admit(path, Existing::Resume, inputs, &runs)?;
+        check_admission(path, Existing::Resume, inputs, &runs)?;
         let worker = FolderWorker::register(path, patience)?;
         list.note_in(&worker.list_path())
             .map_err(ResultsError::system(path, "written"))?;
@@ -367,7 +367,7 @@ fn write_new(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
 
 /// Checks whether a folder may become or stay the results folder of some runs; `true` if it has
 /// results of this program.
-fn admit(
+fn check_admission(
     path: &Path,
     existing: Existing,
     inputs: &[&Path],

@@ -102,7 +102,7 @@ pub struct Dot {
 
 /// Computes a pseudorandom hash of a particle number (the finaliser of `SplitMix64`).
 #[inline]
-fn scatter(index: u64) -> u64 {
+fn hash_number(index: u64) -> u64 {
     let mut mixed = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -159,7 +159,7 @@ impl Crowd {
 /// / share.
 #[inline]
 pub fn keeps(number: u64, weight: f64, share: f64) -> bool {
-    scatter(number) as f64 / 2_f64.powi(64) * share < weight
+    hash_number(number) as f64 / 2_f64.powi(64) * share < weight
 }
 
 impl ParticleFrame {
@@ -198,7 +198,7 @@ impl ParticleFrame {
         let equal = smallest == radius;
         let told = kept.iter().any(|(_, dot)| dot.met.is_some());
         // Sorted by a second hash, so that the order is unrelated to weights.
-        kept.sort_by_cached_key(|(number, _)| scatter(scatter(*number)));
+        kept.sort_by_cached_key(|(number, _)| hash_number(hash_number(*number)));
         let mut frame = Self {
             time,
             sides,

@@ -75,7 +75,7 @@ impl FileList {
         };
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(failed)?;
-        let (known, whole) = names(&text);
+        let (known, whole) = parse_names(&text);
         if !shared {
             file.set_len(whole as u64).map_err(failed)?;
         }
@@ -94,7 +94,7 @@ impl FileList {
         for list in lists {
             // A list that is gone was merged into the common list.
             let text = fs::read(list).unwrap_or_else(|_| Vec::new());
-            self.known.extend(names(&text).0);
+            self.known.extend(parse_names(&text).0);
         }
     }
 
@@ -107,7 +107,7 @@ impl FileList {
         let mut text = BTreeSet::new();
         for list in lists {
             match fs::read(list) {
-                Ok(bytes) => text.extend(names(&bytes).0),
+                Ok(bytes) => text.extend(parse_names(&bytes).0),
                 Err(error) => gone_is_fine(error)?,
             }
         }
@@ -184,7 +184,7 @@ impl Drop for FileList {
 
 /// Parses the text of a list of files: its names, and its length up to the last line end. A
 /// truncated name follows only if the process was killed before it wrote that file.
-fn names(text: &[u8]) -> (BTreeSet<String>, usize) {
+fn parse_names(text: &[u8]) -> (BTreeSet<String>, usize) {
     let last = text.iter().rposition(|&byte| byte == b'\n');
     let whole = last.map_or(0, |last| last + 1);
     let lines = String::from_utf8_lossy(&text[..whole]);

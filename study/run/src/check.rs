@@ -104,11 +104,11 @@ impl<'a> Planned<'a> {
         free: Option<f64>,
     ) -> Result<Self, CaseError> {
         let folder = file.path.parent().unwrap_or(std::path::Path::new(""));
-        let plan =
-            CasePlan::derive_within(case, folder, free).map_err(|error| refused(point, &error))?;
-        check_accuracy(&plan).map_err(|error| refused(point, &error))?;
-        engines::check_start(&plan).map_err(|error| refused(point, &error))?;
-        let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
+        let plan = CasePlan::derive_within(case, folder, free)
+            .map_err(|error| case_error(point, &error))?;
+        check_accuracy(&plan).map_err(|error| case_error(point, &error))?;
+        engines::check_start(&plan).map_err(|error| case_error(point, &error))?;
+        let measures = chosen(&plan).map_err(|error| case_error(point, &error))?;
         let planned = Self {
             point,
             plan,
@@ -116,10 +116,10 @@ impl<'a> Planned<'a> {
         };
         planned
             .require_own_tables()
-            .map_err(|error| refused(point, &error))?;
+            .map_err(|error| case_error(point, &error))?;
         let tables = |leading: usize| planned.tables_of(leading);
         question::check_question(&planned.plan, &planned.measures, tables)
-            .map_err(|error| refused(point, &error))?;
+            .map_err(|error| case_error(point, &error))?;
         Ok(planned)
     }
 
@@ -431,7 +431,7 @@ fn check_accuracy(plan: &CasePlan) -> Result<(), PlanError> {
 }
 
 /// Converts a planning error to a case error with the position of its key.
-fn refused(point: &CasePoint, error: &PlanError) -> CaseError {
+fn case_error(point: &CasePoint, error: &PlanError) -> CaseError {
     let PlanError {
         key,
         found,

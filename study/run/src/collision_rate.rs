@@ -36,7 +36,7 @@ pub(crate) struct RateWindow {
      (engine.ed.collision_rate_limit); {activity}. Particles at rest on each other collide without end: end the run before they come to rest, \
      keep them in motion (a wall with a temperature or a vibration), or give a longer engine.ed.contact_time; a larger \
      engine.ed.collision_rate_limit lets the run go on",
-    digits(*rate), short(*since), digits(*limit)
+    format_rate(*rate), short(*since), format_rate(*limit)
 )]
 pub struct CollisionRateError {
     /// Measured collisions per particle and unit of time of the case.
@@ -77,7 +77,7 @@ impl RateWindow {
         let Some((rate, is_whole)) = found.filter(|(rate, _)| *rate > TOLD * limit) else {
             return Ok(None);
         };
-        let activity = activity(plan, gas.recent_contacts());
+        let activity = busiest_particles(plan, gas.recent_contacts());
         let rate = rate * plan.time;
         let limit = limit * plan.time;
         if is_whole && rate > limit {
@@ -90,8 +90,8 @@ impl RateWindow {
         }
         Ok(Some(format!(
             "{} collisions of a particle in a unit of time, where {} end the run; {activity}",
-            digits(rate),
-            digits(limit)
+            format_rate(rate),
+            format_rate(limit)
         )))
     }
 }
@@ -117,7 +117,7 @@ impl RateWindow {
 }
 
 /// Formats a collision rate with few digits.
-fn digits(rate: f64) -> String {
+fn format_rate(rate: f64) -> String {
     if rate < 1e4 {
         short(rate)
     } else {
@@ -126,7 +126,7 @@ fn digits(rate: f64) -> String {
 }
 
 /// Describes the particles of the latest contacts and their position.
-fn activity(plan: &CasePlan, recent: Option<RecentContacts>) -> String {
+fn busiest_particles(plan: &CasePlan, recent: Option<RecentContacts>) -> String {
     let Some(recent) = recent.filter(|recent| !recent.busiest.is_empty()) else {
         return "it is not known of which".to_owned();
     };

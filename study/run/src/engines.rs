@@ -221,7 +221,7 @@ fn in_cells<'a>(
         grains: &plan.grains,
         parameters,
         boundaries,
-        streams: streams.branch(branch(plan, parameters.scheme)),
+        streams: streams.branch(scheme_branch(plan, parameters.scheme)),
         displacements: needs.displacements,
     }
 }
@@ -351,7 +351,7 @@ fn initial_states<'a>(
 
 /// Returns the branch of the random streams for a scheme, so that schemes of one replica draw
 /// different numbers.
-fn branch(plan: &CasePlan, scheme: Scheme) -> u64 {
+fn scheme_branch(plan: &CasePlan, scheme: Scheme) -> u64 {
     if !plan.has_thermal_units() {
         return IN_UNITS_OF_CASE;
     }

@@ -307,7 +307,7 @@ impl<'a> RunState<'a> {
             let mut all = observers.collect::<Vec<&mut dyn Observer>>();
             let gas = &mut self.gas;
             let advanced = gas.advance(end, Budget::Leg, &mut all.as_mut_slice());
-            advanced.map_err(|failure| stopped(self.part, &**gas, plan.told(failure)))?
+            advanced.map_err(|failure| stop_error(self.part, &**gas, plan.told(failure)))?
         };
         if self.gas.is_interrupted() {
             return Err(PartError::Interrupted);
@@ -330,7 +330,7 @@ impl<'a> RunState<'a> {
     fn look_at_rate(&mut self) -> Result<Option<String>, PartError> {
         let (part, gas) = (self.part, &*self.gas);
         let looked = self.rate.check_rate(part.plan, part.engine, gas);
-        looked.map_err(|failure| stopped(part, gas, failure))
+        looked.map_err(|failure| stop_error(part, gas, failure))
     }
 
     /// Passes time and temperature to the probes when the gas has stopped for a sample or a kick;
@@ -438,7 +438,7 @@ impl<'a> RunState<'a> {
 }
 
 /// Creates the error of a gas that cannot continue, with its state for inspection.
-fn stopped(part: &EngineRun<'_>, gas: &dyn Simulation, failure: Failure) -> PartError {
+fn stop_error(part: &EngineRun<'_>, gas: &dyn Simulation, failure: Failure) -> PartError {
     let state = extended_xyz(&gas.particles(), part.plan, part.engine.name);
     PartError::Stopped { failure, state }
 }

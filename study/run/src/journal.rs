@@ -63,7 +63,7 @@ struct Open {
 }
 
 /// Builds the header of a record: length, replica number, seed, fingerprint and hash.
-fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
+fn record_header(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
     let mut frame = [0; FRAME];
     for (place, word) in [left.len() as u64, replica, owner.seed].iter().enumerate() {
         frame[8 * place..8 * place + 8].copy_from_slice(&word.to_le_bytes());
@@ -77,7 +77,7 @@ fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
 
 /// Parses the bytes of a journal. Returns its entries and the end of the last whole one, or an
 /// error.
-fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
+fn parse_entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
     // A kill may have truncated the header.
     if bytes.len() < HEADER {
         return Ok((Vec::new(), 0));
@@ -106,7 +106,7 @@ fn parse_frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>,
             seed: word(16),
             run: std::array::from_fn(|byte| head[24 + byte]),
         };
-        if head != frame(found, replica, left) {
+        if head != record_header(found, replica, left) {
             return Err(Wrong::Hash(all.len()));
         }
         if found != owner {
@@ -183,7 +183,7 @@ impl Journal {
         file.seek(SeekFrom::Start(offset)).map_err(failed)?;
         file.read_to_end(&mut bytes).map_err(failed)?;
         let read = if offset == 0 {
-            entries(&bytes, owner)
+            parse_entries(&bytes, owner)
         } else {
             parse_frames(&bytes, owner)
         };
@@ -226,7 +226,7 @@ impl Journal {
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
         let (all, end) =
-            entries(&bytes, owner).map_err(|wrong| wrong.file_error(path, bytes.len()))?;
+            parse_entries(&bytes, owner).map_err(|wrong| wrong.file_error(path, bytes.len()))?;
         file.set_len(end as u64).map_err(failed)?;
         if end == 0 {
             file.rewind().map_err(failed)?;
@@ -251,7 +251,7 @@ impl Journal {
     /// # Errors
     /// [`SnapshotError::File`].
     pub(crate) fn add(&self, replica: u64, left: &[u8]) -> Result<(), SnapshotError> {
-        let bytes = [&frame(self.owner, replica, left), left].concat();
+        let bytes = [&record_header(self.owner, replica, left), left].concat();
         let mut open = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         // Overwrites a truncated entry, which a full disk may have left.
         let place = SeekFrom::Start(open.end);
@@ -322,7 +322,7 @@ mod tests {
         for bit in 0..8 * whole.len() {
             let mut bytes = whole.clone();
             bytes[bit / 8] ^= 1 << (bit % 8);
-            match entries(&bytes, RUN) {
+            match parse_entries(&bytes, RUN) {
                 Err(_) => named += 1,
                 Ok((found, _)) => assert!(
                     found.len() < wanted.len() && found == wanted[..found.len()],

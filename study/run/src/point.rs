@@ -456,7 +456,7 @@ impl Job<'_> {
                     unit: one.unit.into_owned(),
                 })
                 .collect(),
-            machine: machine(),
+            machine: describe_machine(),
             seed: plan.case.seed,
             replicas: plan.case.replicas,
             wall_seconds: began.elapsed().as_secs_f64(),
@@ -572,7 +572,7 @@ fn chi_limit_warnings(engines: &[EngineWork]) -> impl Iterator<Item = String> + 
 }
 
 /// Returns a description of the machine for the manifest.
-fn machine() -> Machine {
+fn describe_machine() -> Machine {
     let processor = std::fs::read_to_string("/proc/cpuinfo")
         .ok()
         .and_then(|text| {

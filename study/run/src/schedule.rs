@@ -26,11 +26,11 @@ pub fn schedule_events(plan: &CasePlan, measures: &[&dyn Measure]) -> Vec<Schedu
         let count = (until / interval) as u64;
         (1..=count).map(|i| i as f64 * interval).collect()
     });
-    merged(times, &heating, until)
+    merge_times(times, &heating, until)
 }
 
 /// Merges the sample times of measures and the rescaling times, as far as they lie within the run.
-fn merged(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<ScheduledEvent> {
+fn merge_times(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<ScheduledEvent> {
     let looks = measures.into_iter().enumerate();
     let mut all: Vec<(f64, Option<usize>)> = looks
         .flat_map(|(measure, times)| times.into_iter().map(move |time| (time, Some(measure))))
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn times_are_united_and_end_with_the_run() {
-        let list = merged(
+        let list = merge_times(
             vec![vec![2.0, 0.0, 2.0, 9.0], vec![1.0, 2.0]],
             &[1.0, 2.5],
             3.0,

@@ -239,7 +239,7 @@ fn order(plan: &CasePlan, stream: &mut impl Rng) -> Option<Vec<usize>> {
 
 /// Replaces the velocities of equilibrated disks by the initial ones of the case, which
 /// equilibration has changed.
-fn redrawn<C: Surface<Plane>>(
+fn with_initial_velocities<C: Surface<Plane>>(
     plan: &CasePlan,
     surface: C,
     equilibrated: &Particles,
@@ -548,8 +548,8 @@ impl Preparation {
         particles.time = 0.0;
         if plan.draws_after_equilibration() {
             return match plan.grains.rough {
-                None => redrawn(plan, Smooth, &particles, streams),
-                Some(rough) => redrawn(plan, rough, &particles, streams),
+                None => with_initial_velocities(plan, Smooth, &particles, streams),
+                Some(rough) => with_initial_velocities(plan, rough, &particles, streams),
             };
         }
         let drawn = plan.case.start.velocities == VelocitiesSpec::MAXWELLIAN;

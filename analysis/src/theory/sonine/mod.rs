@@ -69,7 +69,7 @@ const STARTS: usize = 40;
 const POINTS: u32 = 1000;
 
 /// Interpolates between values at whole numbers by the cubic through the four nearest.
-fn interpolated(values: &[f64], at: f64) -> f64 {
+fn interpolate_cubic(values: &[f64], at: f64) -> f64 {
     let first = (at.floor().max(1.0) as usize - 1).min(values.len() - 4);
     let x = at - first as f64;
     let [a, b, c, d] = [0, 1, 2, 3].map(|n| x - f64::from(n));
@@ -251,7 +251,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
                     } else {
                         1.0
                     };
-                    weight * (interpolated(logarithms, l / width) + l).exp()
+                    weight * (interpolate_cubic(logarithms, l / width) + l).exp()
                 })
                 .sum();
             // ds = unit e^l dl.

@@ -32,7 +32,7 @@ pub(crate) struct Shares {
 
 /// Returns the number of repetitions of a setting that fit into a CPU time `share` \[s\], at
 /// `seconds` of CPU time for one run; from 4 to 256.
-fn repetitions(share: f64, seconds: f64) -> u64 {
+fn repetitions_in(share: f64, seconds: f64) -> u64 {
     ((share / seconds) as u64).clamp(REPETITIONS[0], REPETITIONS[1])
 }
 
@@ -66,7 +66,7 @@ fn shares(costs: &[f64], budget: f64) -> Vec<Option<u64>> {
     let mut kept: Vec<usize> = (0..costs.len()).collect();
     kept.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
     let total = |kept: &[usize], share: f64| -> f64 {
-        let cost = |&index: &usize| costs[index] * repetitions(share, costs[index]) as f64;
+        let cost = |&index: &usize| costs[index] * repetitions_in(share, costs[index]) as f64;
         kept.iter().map(cost).sum()
     };
     while kept.len() > 1 && total(&kept, 0.0) > budget {
@@ -84,7 +84,7 @@ fn shares(costs: &[f64], budget: f64) -> Vec<Option<u64>> {
     }
     let mut all = vec![None; costs.len()];
     for index in kept {
-        all[index] = Some(repetitions(low, costs[index]));
+        all[index] = Some(repetitions_in(low, costs[index]));
     }
     all
 }

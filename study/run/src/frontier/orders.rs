@@ -132,7 +132,7 @@ pub(crate) fn orders(
             };
             let points = measured.iter().filter_map(point).collect();
             let error = known.standard_error / unit;
-            rows.extend(row(sequence, *quantity, order, points, error));
+            rows.extend(fit_sequence(sequence, *quantity, order, points, error));
         }
     }
     rows
@@ -140,7 +140,7 @@ pub(crate) fn orders(
 
 /// Fits the order of convergence of one sequence in one quantity. Theory holds for small h: while
 /// its order does not describe the values, the coarsest setting is left out, down to three.
-fn row(
+fn fit_sequence(
     sequence: &'static str,
     quantity: FrontierQuantity,
     order: f64,
@@ -204,7 +204,7 @@ mod tests {
             kind: QuantityKind::Energy,
             time: 1.0,
         };
-        row("cells", quantity, order, points.to_vec(), 0.0)
+        fit_sequence("cells", quantity, order, points.to_vec(), 0.0)
             .expect("a fit")
             .verdict
     }

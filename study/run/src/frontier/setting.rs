@@ -278,7 +278,7 @@ pub(crate) fn settings_around(plan: &CasePlan) -> Vec<RunSetting> {
 
 /// Returns the numbers of disks of smaller systems at equal density; none if the start comes from a
 /// file or the gas has several species.
-fn smaller(plan: &CasePlan) -> impl Iterator<Item = usize> + use<> {
+fn smaller_systems(plan: &CasePlan) -> impl Iterator<Item = usize> + use<> {
     let (disks, placed) = (plan.count(), plan.file.is_none() && plan.species.len() == 1);
     [4, 16]
         .into_iter()
@@ -291,7 +291,7 @@ fn smaller(plan: &CasePlan) -> impl Iterator<Item = usize> + use<> {
 fn exact(list: &mut List<'_>) {
     let plan = list.plan;
     list.add(event_driven(0.0), plan.count(), None);
-    for disks in smaller(plan) {
+    for disks in smaller_systems(plan) {
         list.add(event_driven(0.0), disks, None);
     }
     for h in [1e-4, 1e-3, 1e-2, 1e-1] {
@@ -331,7 +331,7 @@ fn contact_point(list: &mut List<'_>) {
             ..point(None, simulators, 8.0, disks)
         });
     }
-    for disks in smaller(plan) {
+    for disks in smaller_systems(plan) {
         let kind = EngineKind::MonteCarlo(point(None, 4, 8.0, disks));
         list.add(kind, disks, None);
     }

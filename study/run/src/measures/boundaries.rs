@@ -219,7 +219,7 @@ impl<'a> One<'a> {
             let (inflow, name) = (inflow?, format!("obstacle {}", index + 1));
             let speed = inflow.velocity.first().copied().unwrap_or(0.0);
             let density = mass_density(self.plan, inflow);
-            let scale = 0.5 * density * speed * speed * height(obstacle);
+            let scale = 0.5 * density * speed * speed * obstacle_height(obstacle);
             let [drag, lift] = [0, 1].map(|axis| self.force(&name, axis).times(-1.0));
             let sentence = format!(
                 "The stream drags it with the force {}; the coefficient of drag is {}, that of lift {} (± half an interval of 95 %).",
@@ -274,7 +274,7 @@ impl<'a> One<'a> {
 
 /// Computes the height of an obstacle across a stream from the left, in the unit of length of the
 /// case.
-fn height(obstacle: &ObstacleSpec) -> f64 {
+fn obstacle_height(obstacle: &ObstacleSpec) -> f64 {
     if let Some(disk) = obstacle.circle {
         return 2.0 * disk.radius;
     }

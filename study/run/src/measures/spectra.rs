@@ -350,7 +350,7 @@ fn steady_table() -> Table {
 }
 
 /// Computes the mean of a spectrum in a shell over samples, with the standard error over replicas.
-fn average(
+fn shell_average(
     records: &[&Record],
     looks: &[usize],
     shell: usize,
@@ -391,7 +391,7 @@ fn fill_steady(
     }
     let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
     for (shell, modes) in magnitudes.iter().enumerate() {
-        let of = |part| average(records, &looks, shell, part);
+        let of = |part| shell_average(records, &looks, shell, part);
         let steady = |theory: Shear| mean(modes.iter().map(|&k| theory.spectrum(k, f64::INFINITY)));
         table.add((
             (engine.name, numbers[shell]),
@@ -444,7 +444,7 @@ fn fill_spectra(
         .flat_map(|one| one.iter().enumerate())
     {
         for (shell, modes) in magnitudes.iter().enumerate() {
-            let of = |part| average(records, &[index], shell, part);
+            let of = |part| shell_average(records, &[index], shell, part);
             let expected = theory.filter(|_| starts_thermal(engine)).map(|theory| {
                 mean(
                     modes
@@ -495,7 +495,7 @@ fn decay_table() -> Table {
 
 /// Sums, over the modes of a shell in one replica, the products of the amplitudes at two times, and
 /// their squares at the first time.
-fn regression(
+fn amplitude_products(
     record: &Record,
     looks: [usize; 2],
     range: std::ops::Range<usize>,
@@ -514,7 +514,7 @@ fn regression(
 
 /// Estimates the growth rate from the sums of all replicas over a span of [`clock`], with its
 /// jackknife error.
-fn growth(sums: &[[f64; 2]], span: f64) -> TableEstimate {
+fn growth_rate(sums: &[[f64; 2]], span: f64) -> TableEstimate {
     let rate = |[products, squares]: [f64; 2]| (products / squares).ln() / span;
     let found = jackknife(sums, rate).filter(|found| found.value.is_finite());
     found.map_or_else(TableEstimate::default, |found| {
@@ -545,11 +545,12 @@ fn fill_decay(
     for (shell, range) in shells.ranges().enumerate() {
         let own = |record: &&Record| {
             let all = seconds.iter();
-            let all = all.map(|&second| regression(record, [second - 1, second], range.clone()));
+            let all =
+                all.map(|&second| amplitude_products(record, [second - 1, second], range.clone()));
             all.flatten().reduce(|[a, b], [c, d]| [a + c, b + d])
         };
         let sums: Vec<[f64; 2]> = records.iter().filter_map(own).collect();
-        let found = growth(&sums, span);
+        let found = growth_rate(&sums, span);
         // Modes of a shell count by their spectrum halfway through the run, when the start is
         // forgotten.
         let halfway = clock(plan, 0.5 * plan.case.run.until);
@@ -590,9 +591,9 @@ fn fill_growth(
             let looks = [second - 1, second];
             let sums = records
                 .iter()
-                .filter_map(|record| regression(record, looks, range.clone()));
+                .filter_map(|record| amplitude_products(record, looks, range.clone()));
             let sums: Vec<[f64; 2]> = sums.collect();
-            let found = growth(&sums, clocks[1] - clocks[0]);
+            let found = growth_rate(&sums, clocks[1] - clocks[0]);
             let expected = theory.map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
             table.add((
                 (engine.name, times, numbers[shell]),

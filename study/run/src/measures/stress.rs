@@ -197,7 +197,7 @@ fn estimates(
 ) -> [TableEstimate; 3] {
     let picks: [fn([f64; 2]) -> f64; 3] = [|p| p[0], |p| p[1], |p| p[0] + p[1]];
     picks.map(|pick| {
-        ratio(records, |one| {
+        estimate_ratio(records, |one| {
             let parts = [one.kinetic, one.collisional];
             let above = pick(parts.map(|tensor| (quantity.of)(&tensor, dimension)));
             [above, one.thermal(dimension)]
@@ -207,7 +207,10 @@ fn estimates(
 
 /// Estimates a ratio of sums over replicas and time blocks. The standard error is the larger of
 /// those by replicas and by blocks. Blocks whose denominator is not above zero do not count.
-fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> TableEstimate {
+fn estimate_ratio(
+    records: &[&StressRecorder],
+    of: impl Fn(&StressIntegrals) -> [f64; 2],
+) -> TableEstimate {
     let of_record = |record: &&StressRecorder| {
         let blocks = record.blocks().iter();
         blocks.fold(StressIntegrals::default(), |sum, block| sum.plus(block))
@@ -247,14 +250,14 @@ fn sheared_state(plan: &CasePlan, runs: &ReplicaRecords<'_>, rate: f64) -> Table
     for (engine, records) in runs.each::<Record>(plan) {
         let records: Vec<&StressRecorder> =
             records.into_iter().filter_map(Option::as_ref).collect();
-        let temperature = ratio(&records, |one| {
+        let temperature = estimate_ratio(&records, |one| {
             [one.thermal(dimension), one.duration * squared]
         });
-        let viscosity = ratio(&records, |one| {
+        let viscosity = estimate_ratio(&records, |one| {
             let stress = one.kinetic[(1, 0)] + one.collisional[(1, 0)];
             [-stress * rate.signum(), one.thermal(dimension)]
         });
-        let dissipation = ratio(&records, |one| {
+        let dissipation = estimate_ratio(&records, |one| {
             [one.energy_lost / rate.abs(), one.thermal(dimension)]
         });
         let theory = dilute_flow(plan, engine).map(|(flow, rate)| {

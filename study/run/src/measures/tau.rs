@@ -31,13 +31,13 @@ pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&GasRecord]) -> Vec<Tab
         .iter()
         .map(|record| {
             let temperatures: Vec<f64> = record.samples.iter().map(first).collect();
-            passed(rate, &times, &temperatures)
+            integrated_rate(rate, &times, &temperatures)
         })
         .collect();
     let theory = homogeneous::curves(plan).ok().map(|curves| {
         let groups = curves.at.iter().filter_map(|curve| curve.groups.first());
         let temperatures: Vec<f64> = groups.map(|group| group.temperature.value).collect();
-        passed(rate, &times, &temperatures)
+        integrated_rate(rate, &times, &temperatures)
     });
     let one = |index: usize| {
         let at: Vec<f64> = found
@@ -53,7 +53,7 @@ pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&GasRecord]) -> Vec<Tab
 
 /// Integrates the rate `rate sqrt(T)` from the first time to each time, with 1/sqrt(T) linear
 /// between samples.
-fn passed(rate: f64, times: &[f64], temperatures: &[f64]) -> Vec<f64> {
+fn integrated_rate(rate: f64, times: &[f64], temperatures: &[f64]) -> Vec<f64> {
     let slowness: Vec<f64> = temperatures.iter().map(|t| t.sqrt().recip()).collect();
     let mut sum = 0.0;
     let steps = times.windows(2).zip(slowness.windows(2));
@@ -84,20 +84,23 @@ mod tests {
     #[test]
     fn haffs_law_is_integrated_exactly() {
         let haff: Vec<f64> = times().iter().map(|t| (1.0 + t / 3.0).powi(-2)).collect();
-        let found = passed(0.5, &times(), &haff);
+        let found = integrated_rate(0.5, &times(), &haff);
         for (time, tau) in times().iter().zip(found) {
             let exact = 0.5 * 3.0 * (1.0 + time / 3.0).ln();
             // Rounding of thirty steps.
             assert!((tau - exact).abs() < 1e-13 * (1.0 + exact), "{time}: {tau}");
         }
         // Without dissipation time and collisions go together.
-        assert_eq!(passed(0.5, &[0.0, 2.0, 8.0], &[1.0; 3]), [0.0, 1.0, 4.0]);
+        assert_eq!(
+            integrated_rate(0.5, &[0.0, 2.0, 8.0], &[1.0; 3]),
+            [0.0, 1.0, 4.0]
+        );
     }
 
     #[test]
     fn a_viscoelastic_gas_is_integrated_closely() {
         let power: Vec<f64> = times().iter().map(|t| (1.0 + t).powf(-5.0 / 3.0)).collect();
-        let found = passed(1.0, &times(), &power);
+        let found = integrated_rate(1.0, &times(), &power);
         for (time, tau) in times().iter().zip(found) {
             let exact = 6.0 * ((1.0 + time).powf(1.0 / 6.0) - 1.0);
             // The curvature of t^(5/6) over a fifth of a decade: its chord is off by

@@ -101,7 +101,7 @@ const COEFFICIENTS: &[Coefficient] = coefficients! {
 };
 
 /// Returns the whole transport coefficients, without their kinetic and collisional parts.
-fn whole() -> impl Iterator<Item = &'static Coefficient> {
+fn whole_coefficients() -> impl Iterator<Item = &'static Coefficient> {
     COEFFICIENTS.iter().filter(|one| one.over.is_some())
 }
 
@@ -279,7 +279,7 @@ impl Measure for TransportMeasure {
                 cells.extend(integral.map(|found| found.times(1.0 / theory)));
             }
             coefficients.add((engine.name, cells, all.len()));
-            for one in whole() {
+            for one in whole_coefficients() {
                 let theory = (one.theory)(&enskog);
                 let integrals: Vec<_> = fluxes.iter().map(|own| one.integrals(own)).collect();
                 for point in 0..points {
@@ -316,7 +316,7 @@ impl Measure for TransportMeasure {
             .iter()
             .filter(|engine| engine.is_exact())
             .count()
-            * whole().count()
+            * whole_coefficients().count()
     }
 
     fn result_verdicts(
@@ -333,7 +333,7 @@ impl Measure for TransportMeasure {
             .filter(|(engine, _)| engine.is_exact())
         {
             let all = moments(&records);
-            for one in whole() {
+            for one in whole_coefficients() {
                 let found = one.estimate(&all, points);
                 let found = found.times(1.0 / (one.theory)(&enskog));
                 let rule = runs.rule(plan);

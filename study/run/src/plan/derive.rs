@@ -44,7 +44,7 @@ impl CasePlan {
     /// # Errors
     /// As [`CasePlan::new`].
     pub fn derive_within(case: &Case, folder: &Path, free: Option<f64>) -> Result<Self, PlanError> {
-        let numbered = numbered(case)?;
+        let numbered = with_number(case)?;
         let case = &*numbered;
         let temperature = temperature(case)?;
         let mut gas = if !case.has_box() {
@@ -108,7 +108,7 @@ impl CasePlan {
             haff_time: f64::INFINITY,
             mean_free_time: f64::INFINITY,
             temperature,
-            velocities: distribution(case)?,
+            velocities: velocity_distribution(case)?,
             file: gas.file,
             folder: folder.to_owned(),
             warnings: Vec::new(),
@@ -280,7 +280,7 @@ impl ResolvedGas {
 }
 
 /// Returns the distribution of the initial velocities; a Maxwellian if a file gives the velocities.
-fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
+fn velocity_distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
     let VelocitiesSpec::Drawn(drawn) = case.start.velocities else {
         return Ok(VelocityDistribution::MAXWELLIAN);
     };
@@ -296,7 +296,7 @@ fn contact_value(packing: f64) -> f64 {
 
 /// Returns the case with its number of disks; if the box is given in critical lengths, the number
 /// follows from it.
-fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
+fn with_number(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let domain = case.domain.as_ref();
     let given =
         domain.and_then(|one| Some((one.width_over_critical_length?, one.packing_fraction?)));
@@ -412,7 +412,7 @@ fn resolve_boxed(
         2 => particles.covered(|count, radius| count * PI * radius * radius),
         _ => balls(&particles),
     };
-    let (lengths, given) = sides(case, covered, scale.length)?;
+    let (lengths, given) = box_sides(case, covered, scale.length)?;
     if let Some(path) = case.gas.mean_free_path {
         let mean_radius = particles.mean(|kind| kind.radius);
         let found = |factor: f64| {
@@ -444,7 +444,7 @@ fn resolve_boxed(
             mass: particles.kinds[0].mass,
         })
     } else {
-        SizeDistribution::Each(each(&particles, free)?)
+        SizeDistribution::Each(list_particles(&particles, free)?)
     };
     Ok(ResolvedGas {
         species,
@@ -528,7 +528,10 @@ const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
 
 /// Lists radius, mass and species of each particle, if the list fits into the available memory
 /// `free` \[bytes\].
-fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
+fn list_particles(
+    particles: &SizedParticles,
+    free: Option<f64>,
+) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::InvalidValue| {
         let found = format!(
             "{} {}",
@@ -560,7 +563,7 @@ fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, P
 
 /// Computes the sides of the box in engine units, and returns the packing fraction if the case
 /// gives it.
-fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>), PlanError> {
+fn box_sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>), PlanError> {
     let dimension = case.gas.dimension as usize;
     let written = case.domain.as_ref();
     let size = written.and_then(|domain| domain.size.as_ref());
@@ -619,7 +622,7 @@ mod tests {
         let file = format().from_text(Path::new("case.toml"), &text, &[]);
         let file = file.expect("a case");
         let particles = species::particles(&file.points[0].case, 1.0).expect("particles");
-        let refused = each(&particles, Some(1e9)).expect_err("too many");
+        let refused = list_particles(&particles, Some(1e9)).expect_err("too many");
         assert_eq!(refused.key, "species");
         assert!(refused.found.contains("2000000000"), "{}", refused.found);
         assert!(refused.allowed.contains("memory"), "{}", refused.allowed);

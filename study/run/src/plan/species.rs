@@ -36,7 +36,7 @@ pub(super) struct SizedParticles {
 /// individual sizes.
 pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
     let found = if !case.species.is_empty() {
-        listed(case, temperature)?
+        listed_species(case, temperature)?
     } else if let Some(law) = &case.power_law {
         let count = |mass| {
             let share = law.monomers as f64 * (mass as f64).powf(-law.exponent);
@@ -63,7 +63,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles,
         let count = continuous.number as usize;
         let mut stream = Streams::new(case.seed, 0).stream_at(Purpose::Placement, [0, 0]);
         let mut diameters: Vec<f64> = (0..count)
-            .map(|_| diameter(continuous, &mut stream))
+            .map(|_| draw_diameter(continuous, &mut stream))
             .collect();
         diameters.sort_by(f64::total_cmp);
         let kinds = diameters.iter().map(|d| Like {
@@ -93,9 +93,9 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles,
 }
 
 /// Creates the particles of the species listed in `[[species]]`.
-fn listed(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
+fn listed_species(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
     let mut found = SizedParticles::default();
-    for (index, (one, count)) in case.species.iter().zip(counts(case)?).enumerate() {
+    for (index, (one, count)) in case.species.iter().zip(species_counts(case)?).enumerate() {
         if one.tracer {
             found.tracer = Some(index);
         }
@@ -132,7 +132,7 @@ fn listed(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
 
 /// Computes the number of particles of each species. Shares are rounded so that their sum is the
 /// total; the largest share takes up the remainder.
-fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
+fn species_counts(case: &Case) -> Result<Vec<usize>, PlanError> {
     let shared = case.species.iter().all(|one| one.share.is_some());
     if shared {
         let all = case.gas.number.unwrap_or(0) as usize;
@@ -170,7 +170,7 @@ fn cluster_diameter(k: f64, dimension: u64) -> f64 {
 }
 
 /// Draws a diameter from a continuous distribution.
-fn diameter(continuous: &PolydisperseSpec, stream: &mut impl Rng) -> f64 {
+fn draw_diameter(continuous: &PolydisperseSpec, stream: &mut impl Rng) -> f64 {
     let PolydisperseSpec {
         distribution,
         mean_diameter,

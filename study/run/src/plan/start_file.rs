@@ -35,7 +35,7 @@ const MOST_SEPARATIONS: usize = 10_000;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Creates an error about the content of the file of the key `start.file`.
-fn content(found: String, allowed: impl Into<String>) -> PlanError {
+fn content_error(found: String, allowed: impl Into<String>) -> PlanError {
     PlanError::new("start.file", found, allowed)
 }
 
@@ -55,9 +55,9 @@ struct Source<'a> {
 /// [`PlanError`] if it cannot be read, or is of particles of another kind.
 fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
     let name = case.start.file.as_deref();
-    let name = name.ok_or_else(|| content("none".into(), "a file"))?;
+    let name = name.ok_or_else(|| content_error("none".into(), "a file"))?;
     let file = initial::read_start_file(&folder.join(name))
-        .map_err(|error| content(error.to_string(), "a start file as docs describe it"))?;
+        .map_err(|error| content_error(error.to_string(), "a start file as docs describe it"))?;
     let source = Source {
         case,
         name,
@@ -79,8 +79,8 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     let warmth = source.start_temperature(&species.masses, temperature)?;
     let scale = if case.has_thermal_units() {
         UnitScale {
-            length: 2.0 * mean(&species.radii),
-            mass: mean(&species.masses),
+            length: 2.0 * exact_mean(&species.radii),
+            mass: exact_mean(&species.masses),
             energy: warmth,
         }
     } else {
@@ -92,9 +92,9 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     let file = scaled(source.file, scale);
     let species = species.scaled(scale);
     let lengths = lengths.map(|side| side / scale.length);
-    let volume = free_volume(case, &lengths, mean(&species.radii))?;
+    let volume = free_volume(case, &lengths, exact_mean(&species.radii))?;
     let covered: f64 = species.covered(dimension);
-    let mean_mass = mean(&species.masses);
+    let mean_mass = exact_mean(&species.masses);
     let temperature = warmth / scale.energy;
     let temperatures = match case.start.velocities {
         VelocitiesSpec::FILE => species.temperatures(&file, dimension, temperature),
@@ -140,7 +140,7 @@ pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     let temperatures = species.temperatures(&source.file, dimension, temperature);
     let (kinds, order) = species.blocks().ok_or_else(|| {
         let allowed = "sizes by which particles are species: at most 100 of them, and two particles of each on average";
-        content(format!("{name}: particles of many sizes"), allowed)
+        content_error(format!("{name}: particles of many sizes"), allowed)
     })?;
     source.changes.push(format!(
         "start.velocities: each replica deals the velocities of {name} to its particles in an order of its own, within species"
@@ -171,7 +171,7 @@ pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
 }
 
 /// Computes the mean of numbers, exactly for equal numbers.
-fn mean(values: &[f64]) -> f64 {
+fn exact_mean(values: &[f64]) -> f64 {
     match values {
         [first, rest @ ..] if rest.iter().all(|one| one == first) => *first,
         all => all.iter().sum::<f64>() / all.len() as f64,
@@ -200,7 +200,7 @@ impl Source<'_> {
     fn check_file(&self) -> Result<(), PlanError> {
         let (file, name) = (&self.file, self.name);
         if file.count() < 2 {
-            return Err(content("one particle".into(), "at least two"));
+            return Err(content_error("one particle".into(), "at least two"));
         }
         if self.case.gas.dimension == 2 {
             let positions = file.positions.iter().flatten();
@@ -215,7 +215,7 @@ impl Source<'_> {
             };
             if let Some(found) = found {
                 let allowed = "disks, which have one z and no velocity along it; gas.dimension = 3 reads spheres";
-                return Err(content(format!("{name}: spheres ({found})"), allowed));
+                return Err(content_error(format!("{name}: spheres ({found})"), allowed));
             }
         }
         if let Some(weight) = file.weights.iter().flatten().find(|&&one| one != 1.0) {
@@ -223,7 +223,7 @@ impl Source<'_> {
                 "{name}: a simulator with weight {}, no particle",
                 short(*weight)
             );
-            return Err(content(found, "particles, of weight 1"));
+            return Err(content_error(found, "particles, of weight 1"));
         }
         let start = &self.case.start;
         for (key, given, in_file) in [
@@ -262,7 +262,10 @@ impl Source<'_> {
         for axis in 0..dimension {
             if found[axis] <= 0.0 {
                 let found = format!("{}: a box without a side along {}", self.name, AXES[axis]);
-                return Err(content(found, "positive sides, three of them for spheres"));
+                return Err(content_error(
+                    found,
+                    "positive sides, three of them for spheres",
+                ));
             }
             lengths[axis] = found[axis];
         }
@@ -294,7 +297,7 @@ impl Source<'_> {
                     "a box that is periodic there, as in the case; walls.{low} and walls.{high} of the case say what stands at \
                      its ends"
                 );
-                return Err(content(found, allowed));
+                return Err(content_error(found, allowed));
             }
             if !is_periodic && said[axis] {
                 self.changes.push(format!(
@@ -318,7 +321,7 @@ impl Source<'_> {
         if !self.case.is_sheared() {
             let found = format!("{name}: a box that is tilted by {} along x", short(tilt));
             let allowed = "a rectangular box; a tilted one is that of a shear flow, which box.shear_rate makes";
-            return Err(content(found, allowed));
+            return Err(content_error(found, allowed));
         }
         let asked = self.case.start.equilibration.unwrap_or(0.0);
         let allowed = format!(
@@ -345,9 +348,9 @@ impl Source<'_> {
         });
         let domain = Domain::<Volume>::periodic(lengths.map(|side| side.max(1e-300)).into())
             .and_then(|domain| domain.sheared(shear))
-            .map_err(|error| content(format!("{}: {error}", self.name), "positive sides"))?;
+            .map_err(|error| content_error(format!("{}: {error}", self.name), "positive sides"))?;
         let positions = self.file.positions.as_mut();
-        let none = || content(format!("{}: no positions", self.name), "columns x and y");
+        let none = || content_error(format!("{}: no positions", self.name), "columns x and y");
         let mut moved = 0;
         for (index, position) in positions.ok_or_else(none)?.iter_mut().enumerate() {
             let inside = domain.wrap(*position);
@@ -363,7 +366,7 @@ impl Source<'_> {
                         short(position[axis])
                     );
                     let allowed = format!("places from 0 to {}", short(lengths[axis]));
-                    return Err(content(found, allowed));
+                    return Err(content_error(found, allowed));
                 }
             }
             moved += usize::from(before != *position);
@@ -386,7 +389,7 @@ impl Source<'_> {
         let name = self.name;
         let Some(velocities) = &mut self.file.velocities else {
             let allowed = "columns vx and vy (velo), or velocities = \"maxwellian\"";
-            return Err(content(format!("{name}: no velocities"), allowed));
+            return Err(content_error(format!("{name}: no velocities"), allowed));
         };
         let square = velocities.iter().map(Vector3::norm_squared);
         let square = square.fold(0.0, f64::max);
@@ -403,7 +406,7 @@ impl Source<'_> {
             let found = format!("{name}: a granular temperature of {}", short(found));
             let allowed =
                 "velocities that give one above rounding; velocities = \"maxwellian\" draws some";
-            return Err(content(found, allowed));
+            return Err(content_error(found, allowed));
         }
         if self.case.is_uniform() {
             for velocity in velocities {
@@ -546,7 +549,7 @@ impl CasePlan {
                         "{name}: particle {index} (counted from 0) overlaps {what} by {}",
                         short(depth * self.scale.length)
                     );
-                    return Err(content(found, "particles that at most touch"));
+                    return Err(content_error(found, "particles that at most touch"));
                 }
             }
         });
@@ -575,7 +578,7 @@ impl CasePlan {
             } else {
                 "touching disks"
             };
-            return Err(content(found, allowed));
+            return Err(content_error(found, allowed));
         }
         let widest = sizes.iter().map(|one| 2.0 * one.0).fold(0.0, f64::max);
         let narrow =
@@ -584,6 +587,6 @@ impl CasePlan {
         let found = format!("{name}: a box of {x} x {y}");
         let wide = !narrow(0) && !narrow(1);
         wide.then_some(())
-            .ok_or_else(|| content(found, "sides longer than one disk is wide"))
+            .ok_or_else(|| content_error(found, "sides longer than one disk is wide"))
     }
 }

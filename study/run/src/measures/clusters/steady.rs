@@ -23,7 +23,7 @@ pub(super) fn all_steady(record: &ClusterRecord) -> (Sizes, u64) {
 
 /// Computes the number of clusters in the second half of the steady state over that in the first
 /// half.
-fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
+fn number_drift(records: &[&ClusterRecord]) -> Option<Estimate> {
     let mean = |half: &Half| {
         let clusters: u64 = half.sizes.values().sum();
         clusters as f64 / half.times.max(1) as f64
@@ -39,7 +39,7 @@ fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
 /// Fits a power law with an exponential cut-off, `n_k = c k^-exponent exp(-k/cutoff)`, to the
 /// cluster sizes of each replica. Returns exponent and inverse cut-off with errors from the spread
 /// over replicas. `None` if a replica lacks three sizes with clusters.
-fn fit(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
+fn fit_power_law(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
     let fits: Option<Vec<[f64; 2]>> = records
         .iter()
         .map(|record| fit_one(&all_steady(record).0, range))
@@ -94,7 +94,7 @@ pub(super) fn steady_state(
     records: &[&ClusterRecord],
     rule: &VerdictRule,
 ) -> Vec<VerdictText> {
-    let (Some(steady), Some(drift)) = (Schedule::of(plan).steady, drift(records)) else {
+    let (Some(steady), Some(drift)) = (Schedule::of(plan).steady, number_drift(records)) else {
         return Vec::new();
     };
     let point = MeasuredPoint {
@@ -116,7 +116,7 @@ pub(super) fn steady_state(
         &[point],
         rule,
     ));
-    if let Some([exponent, cutoff]) = fit(records, steady.fit_monomers) {
+    if let Some([exponent, cutoff]) = fit_power_law(records, steady.fit_monomers) {
         let [low, high] = steady.fit_monomers;
         let d = plan.dimension as f64;
         list.push(verdict_note(
