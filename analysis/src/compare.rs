@@ -250,8 +250,8 @@ pub fn differences(values: &[Vec<f64>], rule: &VerdictRule) -> Vec<Interval> {
     values.iter().zip(quantiles).map(one).collect()
 }
 
-/// Half widths of simultaneous confidence intervals at several times, in standard errors. Half of
-/// the level is for the last time, half for all others together.
+/// Computes the half widths of simultaneous confidence intervals at several times, in standard
+/// errors. Half of the level is for the last time, half for all others together.
 fn interval_half_widths(rows: &[&[f64]], level: f64) -> Vec<f64> {
     let student = |values: &[f64], level| quantile(level, Some(values.len().saturating_sub(1)));
     let Some((last, others)) = rows.split_last() else {
@@ -338,8 +338,8 @@ pub fn joint_quantile(rows: &[&[f64]], level: f64) -> f64 {
     high
 }
 
-/// Angle \[rad\] between two rows of values, each taken as a vector of deviations from its mean;
-/// infinite if a row has no deviations.
+/// Computes the angle \[rad\] between two rows of values, each taken as a vector of deviations from
+/// its mean; infinite if a row has no deviations.
 fn angle_between(a: &[f64], b: &[f64]) -> f64 {
     let mean = |row: &[f64]| row.iter().copied().collect::<RunningMoments>().mean();
     let (mean_a, mean_b) = (mean(a).unwrap_or(0.0), mean(b).unwrap_or(0.0));

@@ -164,8 +164,8 @@ impl FluxWindow {
         }
     }
 
-    /// Normalisation of [`Flux::rate`], [`Flux::approaching`] and [`Flux::separating`]: their value
-    /// for independent pairs, `(pairs/V) Ω_D` times the exposure.
+    /// Returns the normalisation of [`Flux::rate`], [`Flux::approaching`] and [`Flux::separating`]:
+    /// their value for independent pairs, `(pairs/V) Ω_D` times the exposure.
     pub fn norm(&self, dimension: usize, pairs: f64, volume: f64) -> f64 {
         let directions = if dimension == 2 { TAU } else { 2.0 * TAU };
         pairs / volume * directions * self.exposure
@@ -185,8 +185,8 @@ pub fn pair_index([a, b]: [usize; 2]) -> usize {
     high * (high + 1) / 2 + low
 }
 
-/// Number of pairs of two species with numbers of particles N: unlike pairs `N_a N_b`, like pairs
-/// `N (N - weight)/2` of simulators of one weight.
+/// Returns the number of pairs of two species with numbers of particles N: unlike pairs `N_a N_b`,
+/// like pairs `N (N - weight)/2` of simulators of one weight.
 pub fn number_of_pairs(like: bool, [a, b]: [f64; 2], weight: f64) -> f64 {
     if like { 0.5 * a * (a - weight) } else { a * b }
 }

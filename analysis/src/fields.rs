@@ -63,7 +63,7 @@ impl FieldGrid {
         self.counts[0] * self.counts[1]
     }
 
-    /// Side lengths of a cell along both axes \[length\].
+    /// Returns the side lengths of a cell along both axes \[length\].
     pub fn width(&self) -> [f64; 2] {
         [0, 1].map(|axis| self.lengths[axis] / self.counts[axis] as f64)
     }
@@ -74,8 +74,8 @@ impl FieldGrid {
         x * y * self.depth
     }
 
-    /// Centre of the cell with a given index \[length\]; the index runs fastest along the first
-    /// axis.
+    /// Returns the centre of the cell with a given index \[length\]; the index runs fastest along
+    /// the first axis.
     pub fn centre(&self, cell: usize) -> [f64; 2] {
         let [x, y] = self.width();
         let column = cell % self.counts[0];

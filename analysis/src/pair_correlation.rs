@@ -129,8 +129,8 @@ fn measure<const D: usize>(
     ))
 }
 
-/// Number of pairs with a centre among `points` points. A pair of two centres counts once, a pair
-/// with one centre half.
+/// Returns the number of pairs with a centre among `points` points. A pair of two centres counts
+/// once, a pair with one centre half.
 fn like_pairs(centres: usize, points: usize) -> f64 {
     0.5 * centres as f64 * (points as f64 - 1.0)
 }
@@ -369,8 +369,8 @@ mod tests {
         correlation.bins.iter().map(|bin| bin.pairs).collect()
     }
 
-    /// Strategy that draws coordinates in units of the side: at random, in a tight cluster, on cell
-    /// edges, and on or beyond the edge of the box.
+    /// Returns a strategy that draws coordinates in units of the side: at random, in a tight
+    /// cluster, on cell edges, and on or beyond the edge of the box.
     fn coordinate() -> impl Strategy<Value = f64> {
         prop_oneof![
             0.0_f64..1.0,

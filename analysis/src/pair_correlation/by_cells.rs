@@ -226,7 +226,8 @@ fn count_with_avx2<const D: usize>(
     count(points, histogram, interrupt)
 }
 
-/// Body of [`count_by_cells`], compiled for AVX2 and for any processor.
+/// Counts neighbours as [`count_by_cells`]; the common code of the versions for AVX2 and for any
+/// processor.
 #[inline(always)]
 fn count<const D: usize>(
     points: &[(SVector<f64, D>, bool)],

@@ -53,7 +53,7 @@ pub struct Manifest {
     pub machine: Machine,
     /// Seed of all random streams.
     pub seed: u64,
-    /// Number of replicas.
+    /// Number of replicas of the run.
     pub replicas: u64,
     /// Wall time of the whole run \[s\].
     #[serde(deserialize_with = "null_is_nan")]

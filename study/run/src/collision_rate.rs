@@ -45,7 +45,7 @@ pub struct CollisionRateError {
     limit: f64,
     /// Start of the measuring window, in the unit of time of the case.
     since: f64,
-    /// Description of the particles that have most of the collisions.
+    /// Description of the particles that take part in most of the collisions.
     activity: String,
 }
 

@@ -28,9 +28,9 @@ const NAMED: usize = 5;
 /// Part of a run: number K of N parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunPart {
-    /// Number of the part, from 1.
+    /// Number K of this part of the run, from 1.
     pub number: u32,
-    /// Number of parts.
+    /// Number N of parts into which the run is cut.
     pub of: u32,
 }
 
