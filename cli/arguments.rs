@@ -1,4 +1,4 @@
-//! The command line as typed.
+//! Command-line arguments of the program `stosszahl`, as clap parses them.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -195,7 +195,7 @@ fn whole_number(text: &str) -> Result<u64, String> {
     number.ok_or_else(|| "expected a whole number, such as 1000 or 1e3".into())
 }
 
-/// Parses a number of threads.
+/// Parses a number of threads, at least 1.
 fn threads(text: &str) -> Result<u16, String> {
     let number = whole_number(text)?;
     let few = u16::try_from(number).ok();
@@ -204,7 +204,7 @@ fn threads(text: &str) -> Result<u16, String> {
 }
 
 impl CaseArguments {
-    /// Returns all settings, in the order in which they count.
+    /// Returns all overrides of case keys as `key=value`, in the order in which they apply.
     pub fn overrides(&self) -> Vec<String> {
         let mut all = self.set.clone();
         all.extend(self.replicas.map(|value| format!("replicas={value}")));
@@ -214,7 +214,7 @@ impl CaseArguments {
     }
 }
 
-/// `stosszahl init`.
+/// Arguments of `stosszahl init`.
 #[derive(Debug, Args)]
 pub struct InitArguments {
     /// The file to write; it must not exist.
@@ -264,7 +264,7 @@ pub enum Template {
     Channel,
 }
 
-/// `stosszahl run`.
+/// Arguments of `stosszahl run`.
 #[derive(Debug, Args)]
 pub struct RunArguments {
     /// Case, and settings that replace its keys.
@@ -298,7 +298,7 @@ pub struct RunArguments {
 }
 
 impl RunArguments {
-    /// Time after which the run stops; `None` for no limit.
+    /// Returns the time after which the run stops; `None` for no limit.
     pub fn time_limit(&self) -> Option<Duration> {
         self.stop_after.map(Duration::from)
     }
@@ -313,26 +313,27 @@ pub struct JoinArguments {
     pub join: bool,
     /// With --join: seconds of silence after which a process is lost, and its work is done by
     /// others. One that dies on this machine is known at once.
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = patience, requires = "join")]
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = parse_lost_after, requires = "join")]
     pub lost_after: f64,
 }
 
 impl JoinArguments {
-    /// Time after which a process is lost; `None` if the folder is not shared.
+    /// Returns the silence after which a process counts as lost; `None` if the folder is not
+    /// shared.
     pub fn lost_after(&self) -> Option<Duration> {
         self.join.then(|| Duration::from_secs_f64(self.lost_after))
     }
 }
 
-/// Parses the seconds after which a silent process is lost.
-fn patience(text: &str) -> Result<f64, String> {
+/// Parses the seconds of silence after which a process counts as lost.
+fn parse_lost_after(text: &str) -> Result<f64, String> {
     let found = text.parse::<f64>().ok();
     found
         .filter(|found| (1.0..=1e6).contains(found))
         .ok_or_else(|| "allowed: seconds from 1 to 1e6".to_owned())
 }
 
-/// `stosszahl merge`.
+/// Arguments of `stosszahl merge`.
 #[derive(Debug, Args)]
 pub struct MergeArguments {
     /// The results folders of all parts.
@@ -375,7 +376,7 @@ pub enum TableFormat {
     Parquet,
 }
 
-/// `stosszahl figure`.
+/// Arguments of `stosszahl figure`.
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("which").args(["name", "all"])))]
 pub struct FigureArguments {
@@ -431,7 +432,7 @@ pub struct Printed {
     pub json: bool,
 }
 
-/// `stosszahl reproduce`.
+/// Arguments of `stosszahl reproduce`.
 #[derive(Debug, Args)]
 pub struct ReproduceArguments {
     /// The name of a bundled paper, or a paper file (TOML); without one the papers are listed.
@@ -456,7 +457,7 @@ pub struct ReproduceArguments {
     pub ignore_memory_limit: bool,
 }
 
-/// `stosszahl frontier`.
+/// Arguments of `stosszahl frontier`.
 #[derive(Debug, Args)]
 pub struct FrontierArguments {
     /// Case, and settings that replace its keys.

@@ -1,10 +1,10 @@
-//! Sets `STOSSZAHL_COMMIT`: the commit from which the program is built, and whether sources have
-//! changed since; empty outside a clone.
+//! Build script that sets `STOSSZAHL_COMMIT`: the commit from which the program is built, and
+//! whether sources have changed since; empty outside a clone.
 
 use std::path::Path;
 use std::process::Command;
 
-/// Sources of the program, relative to the root of the clone.
+/// Source folders and files of the program, relative to the root of the clone.
 const SOURCES: [&str; 10] = [
     "Cargo.toml",
     "Cargo.lock",

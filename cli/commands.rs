@@ -1,4 +1,4 @@
-//! Execution of the commands.
+//! Execution of the commands of the program, and what they print.
 
 use std::io::{self, IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
@@ -30,12 +30,12 @@ use crate::reference;
 use crate::reproduce::reproduce;
 use crate::terminal::{beside, duration};
 
-/// Name of the page of a frontier in its folder.
+/// File name of the report page of a frontier, in its results folder.
 const PAGE: &str = "frontier.html";
-/// Longest time that `check` measures \[s\].
+/// Longest time that `check` spends on measuring speeds \[s\].
 const MEASURING: f64 = 10.0;
 
-/// Prints the answer to `--help` and the like, or the reason why the arguments are refused.
+/// Prints help and version texts, or why arguments were refused, and returns the exit code.
 pub fn tell(asked: &clap::Error) -> ExitCode {
     let printed = asked.print().and_then(|()| io::stdout().flush());
     match printed {
@@ -44,7 +44,7 @@ pub fn tell(asked: &clap::Error) -> ExitCode {
     }
 }
 
-/// Runs the command line, and returns its exit code.
+/// Executes a parsed command line and returns its exit code.
 pub fn execute(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
         Command::Run { run, joining, part } => {
@@ -67,7 +67,7 @@ pub fn execute(arguments: Arguments) -> ExitCode {
     ended(done)
 }
 
-/// Prints the reason of a failure, if there is one, and returns the exit code.
+/// Prints the error of a command, if there is one, and returns its exit code.
 pub fn ended(done: Result<(), CommandError>) -> ExitCode {
     let Err(error) = done else {
         return ExitCode::SUCCESS;
@@ -80,13 +80,13 @@ pub fn ended(done: Result<(), CommandError>) -> ExitCode {
         }
         // What was asked for is no error.
         CommandError::OutOfTime => {}
-        _ => explain(&error),
+        _ => print_error(&error),
     }
     ExitCode::from(error.exit_code())
 }
 
-/// Prints the error and its causes, each once.
-fn explain(error: &CommandError) {
+/// Prints an error and its chain of causes, each cause once.
+fn print_error(error: &CommandError) {
     let mut said = error.to_string();
     note(&format!("error: {said}"));
     let mut cause = std::error::Error::source(error);
@@ -100,7 +100,7 @@ fn explain(error: &CommandError) {
     }
 }
 
-/// Reads a case: a file, or a bundled one.
+/// Reads a case from a file, or the bundled case of that name.
 ///
 /// # Errors
 /// [`CommandError::Case`] if it is refused.
@@ -112,7 +112,7 @@ pub fn read(arguments: &CaseArguments) -> Result<CaseFile, CommandError> {
     Ok(file)
 }
 
-/// Prints the bundled cases with their questions, or the text of one.
+/// Prints the bundled cases with their questions, or the text of one of them.
 fn cases(name: Option<&str>) -> Result<(), CommandError> {
     let Some(name) = name else {
         let all = BUNDLE.cases();
@@ -130,7 +130,7 @@ fn cases(name: Option<&str>) -> Result<(), CommandError> {
     Ok(say(found.text.trim_end())?)
 }
 
-/// Writes a case that passes `check`, or nothing.
+/// Writes a new case file from a template; checks first that the case passes `check`.
 fn init(arguments: &InitArguments) -> Result<(), CommandError> {
     let path = &arguments.file;
     if path.exists() && !arguments.force {
@@ -180,7 +180,7 @@ fn manual(folder: &Path) -> Result<(), CommandError> {
         })
 }
 
-/// Rebuilds the report of a folder, and names the files in it that are not in the manifest.
+/// Rebuilds the report of a results folder, and names the files that are not in its manifest.
 fn rebuild_report(folder: &Path) -> Result<(), CommandError> {
     let page = write_report(folder)?;
     for file in changed_files(folder)? {
@@ -287,23 +287,23 @@ fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandErro
     Ok(())
 }
 
-/// Formats the cost of one engine in one replica.
+/// Formats the estimated cost of one engine in one replica as a line of text.
 fn engine_cost(cost: &EngineCost, about: &str, seconds: f64) -> String {
     let tried = match cost.trials_per_collision {
-        Some(trials) => format!(", {} trials", scarce(trials * cost.collisions)),
+        Some(trials) => format!(", {} trials", format_rough(trials * cost.collisions)),
         None => String::new(),
     };
     format!(
         "{}: about {} collisions{tried}, {:.3} GiB of memory and {about} {} on one thread, in each replica",
         cost.name,
-        scarce(cost.collisions),
+        format_rough(cost.collisions),
         cost.bytes / 1_073_741_824.0,
         duration(seconds)
     )
 }
 
-/// Formats a rough number: as a whole number below 1e4, with two digits above.
-fn scarce(number: f64) -> String {
+/// Formats a rough number: whole below 1e4, with two significant digits above.
+fn format_rough(number: f64) -> String {
     if number < 1e4 {
         format!("{number:.0}")
     } else {
@@ -311,7 +311,7 @@ fn scarce(number: f64) -> String {
     }
 }
 
-/// Formats a number with up to six digits.
+/// Formats a number with up to six significant digits.
 fn figure(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
         format!("{value:.5e}")
@@ -321,8 +321,8 @@ fn figure(value: f64) -> String {
     }
 }
 
-/// Measures the settings around a case, alone or together with the processes that share the results
-/// folder, and prints the results.
+/// Measures the frontier of a case, and prints the results. With `join`, it shares the work with
+/// other processes.
 ///
 /// # Errors
 /// [`CommandError`] of the sweep or of its report.
@@ -361,11 +361,11 @@ pub fn measure_frontier(
         tell: &note,
     };
     let found = frontier(file, &options)?;
-    show(&found)
+    print_frontier(&found)
 }
 
-/// Prints the results of a frontier, and writes its page.
-fn show(found: &frontier::Frontier) -> Result<(), CommandError> {
+/// Prints the results of a frontier, and writes its report page.
+fn print_frontier(found: &frontier::Frontier) -> Result<(), CommandError> {
     say(&found.headline)?;
     for sentence in &found.conclusions {
         say(sentence)?;

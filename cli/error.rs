@@ -1,4 +1,4 @@
-//! Failures of commands and their exit codes.
+//! Errors of commands, and their exit codes.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,65 +12,65 @@ use crate::study::RunError;
 use crate::study::frontier::FrontierError;
 use crate::terminal::{OUT_OF_TIME, STOPPED};
 
-/// Failure of a command of the command line.
+/// Error with which a command of the program ends.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
-    /// The case file or an override is refused.
+    /// The case file or an override of its keys is refused.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// The run failed.
+    /// The run of a case failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The run reached its time limit.
+    /// The run reached its time limit, `--stop-after`.
     #[error("stopped by --stop-after")]
     OutOfTime,
-    /// The report cannot be built.
+    /// The report of a results folder cannot be built.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// The frontier cannot be measured.
+    /// The frontier of a case cannot be measured.
     #[error(transparent)]
     Frontier(#[from] FrontierError),
-    /// The paper cannot be reproduced.
+    /// The reproduction of a paper failed.
     #[error(transparent)]
     Reproduce(ReproduceError),
-    /// There is no bundled paper of this name.
+    /// There is no bundled paper of the given name.
     #[error(
         "no bundled paper is called {0}, and there is no such file; `stosszahl reproduce` lists them"
     )]
     NoBundledPaper(String),
-    /// The target error is not a share.
+    /// The target error of a frontier is not a share between 0 and 1.
     #[error("--target-error {found}: allowed is a share such as 1% or 0.01, above 0 and below 1")]
     Target {
-        /// Text as written.
+        /// Target error as typed.
         found: String,
     },
-    /// There is no bundled case of this name.
+    /// There is no bundled case of the given name.
     #[error("no bundled case is called {0}{close}; `stosszahl cases` lists them", close = close_case(.0))]
     NoBundledCase(String),
-    /// The program was built without Parquet.
+    /// Parquet tables are requested, but the program was built without Parquet.
     #[error(
         "--tables parquet: this program was built without Parquet; allowed: csv, or, after `cargo install --path . --features parquet` \
          in a clone of stosszahl, parquet"
     )]
     NoParquet,
-    /// The file exists and would be replaced.
+    /// The file to write exists already.
     #[error("{} exists; use --force to replace it, or another name", .0.display())]
     FileExists(PathBuf),
-    /// The ending of a figure's file names no format, or another than the one asked for.
+    /// The ending of a figure's file names no format, or another one than `--format`.
     #[error("--out {}: the file of a figure ends in .svg or .pdf, as --format says", path.display())]
     FigureEnding {
-        /// Path as given.
+        /// Path of the figure's file as typed.
         path: PathBuf,
     },
-    /// The page cannot be written.
+    /// A file of results cannot be read or written.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// The folder cannot be made or written into.
+    /// A folder cannot be created or written into.
     #[error("{}: cannot be written: {source}", path.display())]
     Folder {
-        /// Path of the folder.
+        /// Path of the folder that cannot be created or written into.
         path: PathBuf,
-        /// Answer of the system.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Standard output cannot be written.
@@ -91,13 +91,13 @@ impl From<ReproduceError> for CommandError {
 }
 
 impl CommandError {
-    /// Returns true if the command ended only because it was asked to.
+    /// Returns true if the command ended because of an interrupt or a time limit.
     pub(crate) fn is_interruption(&self) -> bool {
         self.exit_code() == STOPPED
     }
 
-    /// Returns the exit code: 2 for refused input, [`STOPPED`] for an interrupt, 1 for a failed
-    /// run.
+    /// Returns the exit code of the error: 2 for refused input, [`STOPPED`] for an interrupt, 1 for
+    /// a failed run.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Run(error) if error.is_interruption() => STOPPED,
@@ -131,7 +131,7 @@ impl CommandError {
     }
 }
 
-/// Suggests the bundled case whose name is close to the given one, as a question.
+/// Formats the bundled case with a similar name as a question; empty if none is similar.
 fn close_case(given: &str) -> String {
     match BUNDLE.close_to(Path::new(given)) {
         Some(close) => format!(" (did you mean {close}?)"),

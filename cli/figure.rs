@@ -1,4 +1,4 @@
-//! Figures of a results folder as vector files for a paper.
+//! The command `figure`: figures of a results folder as vector files for a paper.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use crate::report::{COLUMN_WIDTHS, PrintFigure, print_figure, print_figures};
 use crate::results::write_file;
 use crate::terminal::{beside, note, say};
 
-/// Writes one figure or all, or lists them.
+/// Writes one figure or all of them, or lists the figures, as the arguments say.
 pub(crate) fn figure(arguments: &FigureArguments) -> Result<(), CommandError> {
     let folder = &arguments.folder;
     let width = arguments
@@ -51,7 +51,7 @@ fn list(figures: &[PrintFigure]) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Format that is asked for, by its name or by the ending of the file.
+/// Returns the file format of a figure: by `--format`, or by the ending of the file.
 fn format(arguments: &FigureArguments) -> Result<FigureFormat, CommandError> {
     let out = arguments.out.as_ref().filter(|out| !out.is_dir());
     let ending = out.map(|out| out.extension().unwrap_or_default().to_string_lossy());

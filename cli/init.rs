@@ -1,10 +1,10 @@
-//! Templates of cases: text with a comment on every line.
+//! The command `init`: templates of new case files, with a comment on every line.
 
 use std::fmt::Write as _;
 
 use crate::arguments::{InitArguments, Template};
 
-/// Returns the text of a case.
+/// Returns the text of a new case file for the given arguments.
 pub fn text(arguments: &InitArguments) -> String {
     let restitution = arguments.restitution.first().copied().unwrap_or(1.0);
     let mut text = head(arguments);

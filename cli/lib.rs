@@ -1,4 +1,4 @@
-//! Granular gases, exact and by Monte Carlo: the root of the library.
+//! Root of the library: granular gases, by exact event-driven dynamics and by Monte Carlo.
 //!
 //! [`prelude`] has the items that a custom program needs. The physics lives in the crates that are
 //! re-exported here: [`model`] (parts that all engines share), [`ed`] (exact event-driven disks),
@@ -85,14 +85,14 @@ pub use stosszahl_results as results;
 #[cfg(feature = "cases")]
 pub use stosszahl_study as study;
 
-/// Cases and papers that come with the program.
+/// Cases and papers that are built into the program.
 #[cfg(feature = "cli")]
 static BUNDLE: case::CaseBundle = case::CaseBundle({
     static FOLDER: include_dir::Dir<'_> = include_dir::include_dir!("$CARGO_MANIFEST_DIR/cases");
     &FOLDER
 });
 
-/// Programs in the book, which are compiled and run as tests.
+/// Programs of the documentation page on extending, compiled and run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/extending.md")]
 struct Extending;

@@ -1,4 +1,4 @@
-//! The `stosszahl` command.
+//! The command line program `stosszahl`.
 
 use std::process::ExitCode;
 

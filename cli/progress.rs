@@ -1,4 +1,4 @@
-//! Progress of long work on standard error: bars on a terminal, plain lines elsewhere.
+//! Progress display of long work on standard error: bars on a terminal, plain lines elsewhere.
 
 use std::io::{IsTerminal, Write as _};
 use std::sync::{Mutex, PoisonError};
@@ -8,19 +8,19 @@ use crate::study::{Progress, ProgressEstimate};
 use crate::terminal::note;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-/// Number of steps of a bar.
+/// Number of steps of a progress bar.
 const STEPS: u64 = 10_000;
-/// Time between two plain lines.
+/// Time between two progress lines when standard error is no terminal.
 const LINE: Duration = Duration::from_secs(10);
 
-/// Display of the progress of the points of a run.
+/// Progress display of the points of a run, as bars or lines.
 pub struct Display {
     shows: bool,
     terminal: Option<MultiProgress>,
     points: Mutex<Vec<Option<Point>>>,
 }
 
-/// One point of a sweep, or the only one.
+/// Progress of one point of a sweep, or of the only point.
 struct Point {
     name: String,
     work: ProgressEstimate,
@@ -28,7 +28,8 @@ struct Point {
     began: Instant,
     shown: Instant,
     bar: Option<ProgressBar>,
-    /// Activity that takes the time of a slow part, if it was not shown yet.
+    /// Description of what slows a part of the run down, such as its busiest particles, if it was
+    /// not shown yet.
     activity: Option<String>,
 }
 
@@ -39,7 +40,7 @@ impl Default for Display {
 }
 
 impl Display {
-    /// Creates a display that shows progress on standard error.
+    /// Creates a progress display on standard error.
     pub fn new() -> Self {
         Self {
             shows: true,
@@ -48,7 +49,7 @@ impl Display {
         }
     }
 
-    /// Creates a display that shows nothing.
+    /// Creates a progress display that shows nothing.
     pub fn silent() -> Self {
         Self {
             shows: false,
@@ -57,7 +58,7 @@ impl Display {
         }
     }
 
-    /// Calls `act` with a point that has begun.
+    /// Calls `act` with the progress of a point that has begun; does nothing for other points.
     fn with(&self, number: usize, act: impl FnOnce(&mut Point)) {
         let mut points = self.points.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(Some(point)) = points.get_mut(number) {

@@ -1,5 +1,5 @@
-//! Generated pages of the book: the keys of cases from their schema, the columns of tables from the
-//! manifests of finished runs.
+//! Generated documentation pages: the keys of cases from their schema, the columns of tables from
+//! the manifests of finished runs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,12 +7,12 @@ use std::fmt::Write as _;
 use crate::results::{Manifest, Role, TableColumn};
 use serde_json::Value;
 
-/// Returns the head of a generated page.
+/// Formats the head of a generated documentation page.
 fn head(title: &str, command: &str) -> String {
     format!("# {title}\n\nThis page is made by `{command}`; a test compares it with the program.\n")
 }
 
-/// Returns the page of all keys of a case.
+/// Generates the documentation page of all keys of a case, from the JSON Schema.
 pub fn keys(schema: &Value) -> String {
     let mut page = head("All keys of a case", "stosszahl reference");
     page.push_str(
@@ -23,14 +23,14 @@ pub fn keys(schema: &Value) -> String {
     let mut tables = String::new();
     for (name, one) in properties(schema) {
         let mut rows = Vec::new();
-        walk(name, one, &mut rows);
+        add_rows(name, one, &mut rows);
         if rows.len() == 1 && rows[0].key == *name {
             alone.append(&mut rows);
             continue;
         }
         rows.retain(|row| row.key != *name);
         let _ = write!(tables, "\n## `{name}`\n\n{}\n", meaning(one));
-        let (rows, shared) = gathered(name, rows);
+        let (rows, shared) = merge_equal_tables(name, rows);
         if !shared.is_empty() {
             let names = shared.join("`, `");
             let _ = write!(tables, "\nNAME is one of `{names}`.\n");
@@ -42,7 +42,7 @@ pub fn keys(schema: &Value) -> String {
     page + &tables
 }
 
-/// Returns the page of the columns of all tables that some runs have.
+/// Generates the documentation page of the columns of all tables, from manifests of runs.
 pub fn columns(manifests: &[Manifest]) -> String {
     let mut page = head("All columns of tables", "stosszahl reference FOLDER...");
     page.push_str("\n[results-folder.md](results-folder.md) says which measure writes which table, and what is common to all.\n");
@@ -86,7 +86,7 @@ pub fn columns(manifests: &[Manifest]) -> String {
     page
 }
 
-/// Row of a table of keys: the key and its allowed values.
+/// Row of the table of keys on a documentation page: the key and its allowed values.
 #[derive(Clone, PartialEq)]
 struct Row {
     key: String,
@@ -103,7 +103,7 @@ fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
         .flatten()
 }
 
-/// Returns the choices of a schema; the schema itself if there is no choice.
+/// Returns the alternatives of a JSON Schema; the schema itself if there are none.
 fn choices(schema: &Value) -> Vec<&Value> {
     let listed = ["anyOf", "oneOf"]
         .iter()
@@ -114,8 +114,8 @@ fn choices(schema: &Value) -> Vec<&Value> {
     )
 }
 
-/// Adds the rows of a key and of all keys below it.
-fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
+/// Appends the rows of a key and, recursively, of all keys below it.
+fn add_rows(key: &str, schema: &Value, rows: &mut Vec<Row>) {
     let mut below = Vec::new();
     for one in choices(schema) {
         below.extend(properties(one).map(|(name, inner)| (format!("{key}.{name}"), inner)));
@@ -141,11 +141,12 @@ fn walk(key: &str, schema: &Value, rows: &mut Vec<Row>) {
         }
     }
     for (name, inner) in below {
-        walk(&name, inner, rows);
+        add_rows(&name, inner, rows);
     }
 }
 
-/// Describes the allowed values in words; `None` for a table that is described key by key.
+/// Describes the values that a schema allows, in words; `None` for a table that is described key by
+/// key.
 fn allowed(schema: &Value) -> Option<String> {
     let number = |name: &str| {
         let limit = schema.get(name)?;
@@ -201,9 +202,9 @@ fn meaning(schema: &Value) -> String {
         .unwrap_or_default()
 }
 
-/// Merges the tables of a section that have equal rows: they are written once, for `NAME`. Returns
-/// all rows, and the merged names.
-fn gathered(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
+/// Merges the key tables of a section that have equal rows: they are written once, for `NAME`.
+/// Returns all rows, and the merged names.
+fn merge_equal_tables(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
     let name = |row: &Row| -> Option<String> {
         let rest = row.key.strip_prefix(section)?.strip_prefix('.')?;
         Some(rest.split_once('.')?.0.to_owned())
@@ -236,7 +237,7 @@ fn gathered(section: &str, rows: Vec<Row>) -> (Vec<Row>, Vec<String>) {
     (kept.collect(), shared.clone())
 }
 
-/// Formats text inside a cell of a table.
+/// Escapes text for a cell of a Markdown table.
 fn cell(text: &str) -> String {
     let flat: Vec<&str> = text.split_whitespace().collect();
     flat.join(" ").replace('|', "\\|")

@@ -1,4 +1,4 @@
-//! `stosszahl reproduce`: papers, their figures, and verdicts on their claims.
+//! The command `reproduce`: papers, their figures, and verdicts on their claims.
 
 use std::path::{Path, PathBuf};
 
@@ -15,21 +15,21 @@ use crate::error::CommandError;
 use crate::progress::Display;
 use crate::terminal::{duration, line, listen, note, say};
 
-/// Message of a reproduction that was stopped.
+/// Message printed when a reproduction was stopped.
 const STOPPED: &str = "stopped; the same command goes on from the checkpoints";
 
-/// Returns the text of a bundled case.
+/// Returns the text of the bundled case of a name; `None` if there is none.
 fn bundled_case(name: &str) -> Option<String> {
     BUNDLE.named(name).map(|one| one.text.to_owned())
 }
 
-/// Reads a bundled paper.
+/// Parses a bundled paper.
 fn bundled_paper(one: Bundled) -> Result<PaperFile, CommandError> {
     let path = PathBuf::from(format!("{}.toml", one.name));
     Ok(PaperFile::from_text(&path, one.text)?)
 }
 
-/// Reproduces a paper, or lists the papers.
+/// Reproduces the figures and claims of a paper, or lists the bundled papers.
 ///
 /// # Errors
 /// [`CommandError`] of the paper, its cases, its runs, or its page.
@@ -75,7 +75,7 @@ pub fn reproduce(arguments: &ReproduceArguments) -> Result<(), CommandError> {
     Ok(say(&page.display().to_string())?)
 }
 
-/// Reads a paper, from a file or bundled, with its name.
+/// Reads a paper from a file, or a bundled one; returns its name, too.
 fn read(asked: &Path) -> Result<(String, PaperFile), CommandError> {
     let name = asked.file_stem().unwrap_or(asked.as_os_str());
     let name = name.to_string_lossy().into_owned();

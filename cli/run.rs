@@ -1,5 +1,5 @@
 //! The commands `run`, alone and shared by several processes (`--join`, `--part`), and `merge`,
-//! with their output.
+//! with what they print.
 
 use std::path::Path;
 use std::time::Duration;
@@ -19,10 +19,11 @@ use crate::study::{
 };
 use crate::terminal::{TimeLimit, line, listen, note, say};
 
-/// Message of a run that was stopped.
+/// Message printed when a run was stopped.
 pub const STOPPED_RUN: &str = "stopped; --resume goes on from the checkpoints";
 
-/// Runs a case in this process: alone, together with others, or a part of it.
+/// Runs a case in this process: alone, with other processes (`--join`), or a share of its replicas
+/// (`--part`).
 ///
 /// # Errors
 /// As [`run`].
@@ -42,7 +43,7 @@ pub(crate) fn run_on_threads(
     run(arguments, file, &stop, &display, run_case)
 }
 
-/// Returns the progress on standard error, unless it is not wanted.
+/// Returns the progress display on standard error; a silent one with `--quiet`.
 fn display_of(printed: &Printed) -> Display {
     if printed.quiet {
         Display::silent()
@@ -51,7 +52,7 @@ fn display_of(printed: &Printed) -> Display {
     }
 }
 
-/// Returns the options of a run.
+/// Converts command-line arguments to the options of a run.
 fn options_of<'a>(
     arguments: &RunArguments,
     stop: &'a Interrupt,
@@ -72,7 +73,7 @@ fn options_of<'a>(
     }
 }
 
-/// Runs a case with the function `runs`, and prints the results.
+/// Runs a case by the given function `runs`, writes its report, and prints the results.
 ///
 /// # Errors
 /// [`CommandError`] of the run or of its report.
@@ -90,7 +91,8 @@ pub fn run(
     finish(&summary, &arguments.tables, &arguments.printed)
 }
 
-/// Converts the error of a run, and prints `stopped` if the run was only stopped.
+/// Converts the error of a run. If the run was only interrupted or reached its time limit, prints
+/// the message `stopped`.
 fn ended_early(error: RunError, limit: &TimeLimit, stopped: &str) -> CommandError {
     if !error.is_interruption() {
         return error.into();
@@ -103,7 +105,7 @@ fn ended_early(error: RunError, limit: &TimeLimit, stopped: &str) -> CommandErro
     }
 }
 
-/// Writes further files of the tables and the report of a run, and prints the results.
+/// Writes Parquet tables if requested and the report of a run, and prints its results.
 fn finish(
     summary: &RunSummary,
     tables: &TableArguments,
@@ -133,14 +135,14 @@ fn finish(
         }
     }
     if is_brief && !printed.quiet {
-        say(&together(&summary.points))?;
+        say(&sweep_summary(&summary.points))?;
     }
     Ok(say(&page)?)
 }
 
-/// Sentence about all points of a sweep: the number of each kind of verdict, with intervals that
-/// are corrected for all points.
-fn together(points: &[PointSummary]) -> String {
+/// Summarises the verdicts of all points of a sweep in one sentence: the number of each kind, with
+/// intervals corrected for all points.
+fn sweep_summary(points: &[PointSummary]) -> String {
     let first = |point: &PointSummary| headlines(&point.verdicts).first().copied().cloned();
     let heads: Vec<Option<VerdictText>> = points.iter().map(first).collect();
     let void = |one: &VerdictText| one.kind == VerdictKind::Void;
@@ -172,8 +174,9 @@ fn together(points: &[PointSummary]) -> String {
     )
 }
 
-/// Lines about a point: all verdicts if `verbose`, else the leading conclusions, warnings and the
-/// number of further lines; if `is_brief`, the first conclusion and warnings alone.
+/// Formats the lines printed for one point: all verdicts if `verbose`; otherwise leading
+/// conclusions, warnings and the number of further lines. If `is_brief`, only the first conclusion
+/// and warnings.
 fn lines(point: &PointSummary, verbose: bool, is_brief: bool) -> Vec<String> {
     let first = headlines(&point.verdicts);
     let told = |one: &VerdictText| line(one.kind.name(), &one.sentence);
@@ -224,10 +227,10 @@ fn as_json(points: &[PointSummary], report: &str) -> String {
     format!("{:#}", json!({ "report": report, "points": points }))
 }
 
-/// Message of a run that shares its folder and was stopped.
+/// Message printed when a run with `--join` was stopped.
 const STOPPED_JOINED: &str = "stopped; the same command goes on from the checkpoints";
 
-/// Runs a case together with the other processes that share its results folder.
+/// Runs a case together with other processes that share its results folder (`--join`).
 fn run_beside(
     arguments: &RunArguments,
     file: &CaseFile,
@@ -242,7 +245,7 @@ fn run_beside(
     finish(&summary, &arguments.tables, &arguments.printed)
 }
 
-/// Runs a part of the replicas of a case.
+/// Runs one part of the replicas of a case (`--part`).
 fn run_share(arguments: &RunArguments, file: &CaseFile, part: RunPart) -> Result<(), CommandError> {
     let (stop, display) = (listen(STOPPED_RUN), display_of(&arguments.printed));
     let limit = TimeLimit::start(arguments.time_limit(), &stop, STOPPED_RUN);
@@ -265,7 +268,7 @@ fn run_share(arguments: &RunArguments, file: &CaseFile, part: RunPart) -> Result
     Ok(say(&folder.to_string())?)
 }
 
-/// Merges the parts of a run.
+/// Merges the results folders of all parts of a run (`merge`).
 pub(crate) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
     let Some(first) = arguments.folders.first() else {
         return Ok(());

@@ -1,11 +1,11 @@
-//! Tables of a run in the formats that are asked for.
+//! The option `--tables`: further file formats for the tables of a run.
 
 use crate::arguments::{TableArguments, TableFormat};
 use crate::error::CommandError;
 use crate::study::RunSummary;
 
 impl TableArguments {
-    /// Refuses formats that this program was built without.
+    /// Checks that this program was built with support for the requested table formats.
     ///
     /// # Errors
     /// [`CommandError::NoParquet`].
@@ -17,7 +17,8 @@ impl TableArguments {
         }
     }
 
-    /// Writes the tables of all points of a run as Parquet, if asked for; CSV is there already.
+    /// Writes the tables of all points of a run as Parquet, if requested; CSV files are always
+    /// there.
     ///
     /// # Errors
     /// [`CommandError::Results`] if a table cannot be read, or a file cannot be written.
@@ -42,7 +43,7 @@ impl TableArguments {
         Ok(())
     }
 
-    /// Writes nothing: CSV is there already.
+    /// Does nothing in a program without Parquet: CSV files are always there.
     #[cfg(not(feature = "parquet"))]
     pub(crate) fn write(&self, _summary: &RunSummary) -> Result<(), CommandError> {
         self.check()

@@ -1,4 +1,4 @@
-//! Output to the terminal, text that fits its width, and interrupts from the keyboard.
+//! Terminal output wrapped at its width, and interrupts from signals.
 
 use std::io::{self, IsTerminal, Write as _};
 use std::process;
@@ -9,15 +9,14 @@ use std::time::{Duration, Instant};
 
 use crate::model::Interrupt;
 
-/// Exit code of a command that was asked to stop, as shells have it for an interrupt.
+/// Exit code of a command that was interrupted: 130, as shells use it.
 pub(crate) const STOPPED: u8 = 130;
-/// Exit code of a run that ended at its time limit, as `sysexits.h` has it for failures that are
-/// temporary.
+/// Exit code of a run that reached its time limit: 75, a temporary failure in `sysexits.h`.
 pub(crate) const OUT_OF_TIME: u8 = 75;
-/// Longest time that a command that was asked to stop may take, unless it is saving.
+/// Grace period after an interrupt in which a command must end, unless it is saving.
 const GRACE: Duration = Duration::from_millis(750);
 
-/// Writes a line to standard output.
+/// Prints a line to standard output.
 pub(crate) fn say(text: &str) -> io::Result<()> {
     match writeln!(io::stdout(), "{text}") {
         // A closed pipe is no error: a reader such as `head` stops early.
@@ -26,23 +25,23 @@ pub(crate) fn say(text: &str) -> io::Result<()> {
     }
 }
 
-/// Writes a line to standard error; a closed one ends nothing.
+/// Prints a line to standard error; errors are ignored.
 pub fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// Formats a duration \[s\] in words.
+/// Formats a duration \[s\] for people, with its units.
 pub(crate) fn duration(seconds: f64) -> String {
     let whole = Duration::from_secs(seconds.clamp(1.0, 1e12).round() as u64);
     humantime::format_duration(whole).to_string()
 }
 
-/// Formats a word and the sentence next to it, wrapped at the width of the terminal.
+/// Formats a label and a sentence as lines wrapped at the width of the terminal.
 pub(crate) fn line(word: &str, text: &str) -> String {
     beside(&format!("{word:<10} "), text)
 }
 
-/// Formats a label and the text next to it, wrapped at the width of the terminal.
+/// Formats a label and the text next to it as lines wrapped at the width of the terminal.
 pub(crate) fn beside(left: &str, text: &str) -> String {
     // No wrapping for a file or another program.
     if !io::stdout().is_terminal() {
@@ -54,8 +53,8 @@ pub(crate) fn beside(left: &str, text: &str) -> String {
     textwrap::fill(text, options.subsequent_indent(&indent))
 }
 
-/// Makes a write beyond the limit of file sizes (`ulimit -f`) fail with an error that names the
-/// file; without this it ends the process without a word. A program calls this first.
+/// Ignores the signal of the file size limit (`ulimit -f`), so that a write beyond it fails with an
+/// error instead of killing the process. A program calls this first.
 pub fn outlive_file_limits() {
     #[cfg(unix)]
     {
@@ -65,7 +64,7 @@ pub fn outlive_file_limits() {
     }
 }
 
-/// Returns the interrupt that a signal raises: Ctrl-C, or the end of the session.
+/// Installs handlers for Ctrl-C and termination signals, and returns the interrupt that they raise.
 ///
 /// Work that checks it ends by itself and saves its state. If it does not end within the grace
 /// period, which a save extends, `said` is printed and the process is ended as by a kill;
@@ -84,8 +83,8 @@ pub fn listen(said: &'static str) -> Interrupt {
     interrupt
 }
 
-/// Raises an interrupt, and ends the process with `code` if the work does not end within the grace
-/// period, which a save extends.
+/// Raises an interrupt, then ends the process with `code` unless the work ends within the grace
+/// period. A save extends that period; `said` is printed before the end.
 fn end_soon(interrupt: &Interrupt, said: &str, code: u8) {
     interrupt.raise();
     let began = Instant::now();
@@ -98,12 +97,12 @@ fn end_soon(interrupt: &Interrupt, said: &str, code: u8) {
     process::exit(code.into());
 }
 
-/// Time limit of a run.
+/// Time limit of a run, `--stop-after`: a flag that a timer sets.
 pub struct TimeLimit(Arc<AtomicBool>);
 
 impl TimeLimit {
-    /// Starts the clock, if there is a limit. At its end the interrupt is raised; work that does
-    /// not end within the grace period ends as by a signal, with the message `said`.
+    /// Starts the time limit of a run, if there is one. At its end the interrupt is raised. Work
+    /// that does not end within the grace period is ended with the message `said`.
     pub fn start(limit: Option<Duration>, interrupt: &Interrupt, said: &'static str) -> Self {
         let is_reached = Arc::<AtomicBool>::default();
         if let Some(limit) = limit {
@@ -117,7 +116,7 @@ impl TimeLimit {
         Self(is_reached)
     }
 
-    /// Returns true if the limit was reached.
+    /// Returns true if the time limit was reached.
     pub(crate) fn is_reached(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

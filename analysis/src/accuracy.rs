@@ -1,5 +1,5 @@
-//! Accuracy of a method: bias and noise, the error of several runs, and how many runs meet a
-//! target.
+//! Accuracy of a method, from repeated runs and a reference: systematic and statistical error, the
+//! total error of several runs, and how many runs meet a target.
 //!
 //! A setting of a method is repeated with independent seeds. The mean of its values less a
 //! reference is its systematic error b, which more runs do not lower; their spread s is the
@@ -19,12 +19,12 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 use crate::statistics::RunningMoments;
 
-/// Chance outside each range.
+/// Probability that the truth lies outside a reported range of an error: 5 %.
 const OUTSIDE: f64 = 0.05;
-/// Chance that an assured error is exceeded.
+/// Probability, 1 %, that the error of new runs exceeds the bound of `SettingAccuracy::assured`.
 const EXCEEDED: f64 = 0.01;
 
-/// Reference value and its uncertainty.
+/// Reference value of a measured quantity, with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// Reference value, in the unit of the measurement.
@@ -33,17 +33,19 @@ pub struct Known {
     pub standard_error: f64,
 }
 
-/// Measured systematic and statistical error of one setting of a method, such as a time step or a
-/// cell size, from repeated runs and a reference value.
+/// Measured accuracy of a method at one setting, such as a time step or a cell size: systematic and
+/// statistical error from repeated runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettingAccuracy {
     /// Mean of the measured values, in the unit of the measurement.
     pub mean: f64,
-    /// Systematic error: mean less reference, over the unit that the caller gave.
+    /// Systematic error: mean of the values less the reference, divided by the unit of the caller.
     pub systematic: f64,
-    /// Standard error of the systematic error, the error of the reference included, over the unit.
+    /// Standard error of the systematic error, with the error of the reference, divided by the unit
+    /// of the caller.
     pub systematic_error: f64,
-    /// Statistical error of one run: the standard deviation of the values, over the unit.
+    /// Statistical error of one run: standard deviation of the values, divided by the unit of the
+    /// caller.
     pub statistical: f64,
     /// Number of measured values, one from each run.
     pub repetitions: usize,
@@ -54,11 +56,11 @@ pub struct SettingAccuracy {
 /// Quantiles of Student's and of the chi-squared distribution for one number of degrees of freedom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Quantiles {
-    /// Student's quantile at [`OUTSIDE`] on two sides.
+    /// Two-sided Student's quantile at the error probability [`OUTSIDE`], for reported ranges.
     range: f64,
-    /// Student's quantile at [`EXCEEDED`] on two sides.
+    /// Two-sided Student's quantile at the error probability [`EXCEEDED`], for assured errors.
     assured: f64,
-    /// Lowest and highest true standard deviation of the values, over the measured one.
+    /// Lower and upper 95 % bound of the true standard deviation, divided by the measured one.
     spread: [f64; 2],
 }
 
@@ -112,8 +114,9 @@ impl SettingAccuracy {
         .filter(|_| finite)
     }
 
-    /// Returns this accuracy for a method that has no systematic error by definition, such as the
-    /// method of the reference: then only the reference is uncertain.
+    /// Returns this accuracy with a systematic error of zero, whose uncertainty is that of the
+    /// reference. It is for a method that is exact by definition, such as the method of the
+    /// reference.
     #[must_use]
     pub fn without_systematic_error(self) -> Self {
         Self {
@@ -123,7 +126,8 @@ impl SettingAccuracy {
         }
     }
 
-    /// Range of the magnitude of the systematic error, over the unit.
+    /// Computes the 95 % range of the magnitude of the systematic error, divided by the unit of the
+    /// caller.
     pub fn systematic_range(&self) -> [f64; 2] {
         let (size, reach) = (
             self.systematic.abs(),
@@ -132,38 +136,39 @@ impl SettingAccuracy {
         [(size - reach).max(0.0), size + reach]
     }
 
-    /// Range of the statistical error of one run, over the unit.
+    /// Computes the 95 % range of the statistical error of one run, divided by the unit of the
+    /// caller.
     pub fn statistical_range(&self) -> [f64; 2] {
         self.quantiles
             .spread
             .map(|factor| factor * self.statistical)
     }
 
-    /// Total error of the mean of `runs` runs, over the unit. The square of its own standard error,
-    /// which the squared systematic error holds on average, is subtracted from it, down to zero at
-    /// least.
+    /// Computes the total error of the mean of `runs` runs, divided by the unit of the caller. The
+    /// squared systematic error contains, on average, its own variance; that is subtracted, down to
+    /// zero at least.
     pub fn total(&self, runs: u64) -> f64 {
         let square = self.systematic.powi(2) - self.systematic_error.powi(2);
         (square.max(0.0) + self.statistical.powi(2) / runs as f64).sqrt()
     }
 
-    /// Range of the total error of the mean of `runs` runs, over the unit: both parts at the low
-    /// ends, and both at the high ends of their ranges.
+    /// Computes the range of the total error of the mean of `runs` runs, divided by the unit of the
+    /// caller: from the low ends to the high ends of systematic and statistical error.
     pub fn total_range(&self, runs: u64) -> [f64; 2] {
         let (bias, noise) = (self.systematic_range(), self.statistical_range());
         [0, 1].map(|end: usize| bias[end].hypot(noise[end] / (runs as f64).sqrt()))
     }
 
-    /// Error that the mean of `runs` new runs exceeds with a chance of 1 % at most, over the unit:
-    /// magnitude of the systematic error, plus Student's quantile times the uncertainty of it and
-    /// of the mean.
+    /// Computes the error that the mean of `runs` new runs exceeds with a probability of 1 % at
+    /// most, divided by the unit of the caller. It is the magnitude of the systematic error, plus
+    /// Student's quantile times its uncertainty and that of the mean.
     pub fn assured(&self, runs: u64) -> f64 {
         let noise = self.statistical / (runs as f64).sqrt();
         self.systematic.abs() + self.quantiles.assured * self.systematic_error.hypot(noise)
     }
 
-    /// Returns the fewest runs whose assured error is at most `target`; `None` if no number up to
-    /// `most` is enough.
+    /// Returns the fewest runs for which `assured` is at most `target`; `None` if even `most` runs
+    /// do not suffice.
     pub fn runs_for(&self, target: f64, most: u64) -> Option<u64> {
         let noise = (target - self.systematic.abs()) / self.quantiles.assured;
         let rest = noise.powi(2) - self.systematic_error.powi(2);

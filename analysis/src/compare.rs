@@ -1,4 +1,5 @@
-//! Comparisons as tests of equivalence: one rule for all, with simultaneous confidence intervals.
+//! Equivalence tests of two quantities over time: one decision rule, with simultaneous Student's
+//! confidence intervals.
 //!
 //! A difference has an interval, and the comparison has a margin:
 //!
@@ -26,13 +27,15 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// Outcome of a comparison of two quantities a and b.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ComparisonVerdict {
-    /// The whole interval lies inside the margin.
+    /// Agreement: the whole interval of the difference lies inside the margin.
     Agree,
-    /// a is higher: the whole interval lies above [`VerdictRule::differ_beyond`].
+    /// a is higher than b: the whole interval of the difference lies above
+    /// [`VerdictRule::differ_beyond`].
     Higher,
-    /// a is lower: the whole interval lies below minus [`VerdictRule::differ_beyond`].
+    /// a is lower than b: the whole interval of the difference lies below minus
+    /// [`VerdictRule::differ_beyond`].
     Lower,
-    /// Neither agreement nor difference is shown, or the interval is unknown.
+    /// Neither agreement nor a difference can be shown, or the interval is unknown.
     Undecided,
 }
 
@@ -47,25 +50,26 @@ impl ComparisonVerdict {
         }
     }
 
-    /// Returns true if a difference is shown.
+    /// Returns true for `Higher` and `Lower`: a difference is shown.
     pub fn differs(self) -> bool {
         matches!(self, Self::Higher | Self::Lower)
     }
 }
 
-/// Rule by which an interval becomes a verdict.
+/// Decision rule that turns the confidence interval of a difference into a verdict.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VerdictRule {
-    /// Probability that the interval of a comparison misses the truth at any of its points.
+    /// Error probability of a comparison: that any of its intervals, at any time, misses the true
+    /// value.
     pub level: f64,
-    /// Largest difference that counts as agreement, in the unit of the difference.
+    /// Margin: largest difference that counts as agreement, in the unit of the difference.
     pub margin: f64,
-    /// Bound that an interval must exceed to show a difference: zero, or the margin.
+    /// Distance from zero beyond which an interval shows a difference: zero, or the margin.
     pub differ_beyond: f64,
 }
 
 impl VerdictRule {
-    /// Creates a rule by which any difference from zero counts.
+    /// Creates a rule in which any significant difference from zero counts as a difference.
     pub fn new(level: f64, margin: f64) -> Self {
         Self {
             level,
@@ -74,28 +78,31 @@ impl VerdictRule {
         }
     }
 
-    /// Returns this rule at another level.
+    /// Returns a copy of this rule with another error probability `level`.
     #[must_use]
     pub fn at_level(self, level: f64) -> Self {
         Self { level, ..self }
     }
 }
 
-/// Difference with its confidence interval, relative or in a unit of its own.
+/// Difference of two quantities with its confidence interval, relative or in the unit of the
+/// quantities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Estimate of the difference.
+    /// Estimated difference.
     pub value: f64,
-    /// Standard error of the estimate; `None` if unknown.
+    /// Standard error of the estimated difference; `None` if unknown.
     pub standard_error: Option<f64>,
-    /// Degrees of freedom of the standard error; `None` where it is known without replicas.
+    /// Degrees of freedom of the standard error; `None` if the error is known without replicas.
     pub degrees_of_freedom: Option<usize>,
-    /// Lower and upper end; `None` without a standard error, or without degrees of freedom.
+    /// Lower and upper end of the confidence interval; `None` without a standard error, or without
+    /// degrees of freedom.
     pub ends: Option<[f64; 2]>,
 }
 
 impl Interval {
-    /// Student's interval at a level; a normal one where the error is known without replicas.
+    /// Creates Student's confidence interval at the error probability `level`; a normal one if the
+    /// error is known without replicas.
     ///
     /// ```
     /// use stosszahl_analysis::compare::{Interval, VerdictRule, ComparisonVerdict};
@@ -124,7 +131,8 @@ impl Interval {
         }
     }
 
-    /// Decides on the difference by a rule.
+    /// Decides by a rule whether the interval shows agreement, a higher or a lower value, or
+    /// neither.
     pub fn decide(&self, rule: &VerdictRule) -> ComparisonVerdict {
         match self.ends {
             Some([low, high]) if -rule.margin <= low && high <= rule.margin => {
@@ -136,29 +144,31 @@ impl Interval {
         }
     }
 
-    /// Largest size of a difference in the interval; `None` if there is no interval.
+    /// Returns the largest magnitude of a difference in the interval; `None` if there is no
+    /// interval.
     pub fn most(&self) -> Option<f64> {
         self.ends.map(|[low, high]| high.max(-low))
     }
 
-    /// Smallest size of a difference in the interval: zero where it holds zero, and where there is
-    /// no interval.
+    /// Returns the smallest magnitude of a difference in the interval: zero if the interval
+    /// contains zero, or if there is no interval.
     pub fn least(&self) -> f64 {
         self.ends.map_or(0.0, |[low, high]| low.max(-high).max(0.0))
     }
 }
 
-/// Quotient a/b at one time.
+/// Comparison of two quantities at one time by their quotient a/b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quotient {
-    /// Jackknife estimate of the quotient of the means over replicas, through its logarithm, with
-    /// its error.
+    /// Jackknife estimate over replicas of the quotient of the means, through its logarithm, with
+    /// its standard error.
     pub quotient: Estimate,
-    /// Normal-equivalent z of log(a/b); `None` for a single replica.
+    /// Standard score of log(a/b), converted from Student's to the normal distribution; `None` for
+    /// a single replica.
     pub z: Option<f64>,
-    /// `a/b - 1` with its interval, all times together.
+    /// Relative difference `a/b - 1` with its confidence interval, simultaneous for all times.
     pub off: Interval,
-    /// Verdict at this time, all times taken together.
+    /// Verdict at this time, from the interval that is simultaneous for all times.
     pub verdict: ComparisonVerdict,
 }
 
@@ -183,7 +193,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &VerdictRule) -> Vec<Quotient>
         .filter(|(_, same)| !**same)
         .map(|(values, _)| &values[..])
         .collect();
-    let mut quantiles = quantiles(&asked, rule.level).into_iter();
+    let mut quantiles = interval_half_widths(&asked, rule.level).into_iter();
     let mut list = Vec::new();
     for (values, same) in logs.iter().zip(same) {
         let quantile = if same { Some(0.0) } else { quantiles.next() };
@@ -222,7 +232,7 @@ pub fn quotients(pairs: &[Vec<(f64, f64)>], rule: &VerdictRule) -> Vec<Quotient>
 /// `values[t]` holds the number of each replica at time t, or pseudo-values.
 pub fn differences(values: &[Vec<f64>], rule: &VerdictRule) -> Vec<Interval> {
     let rows: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
-    let quantiles = quantiles(&rows, rule.level);
+    let quantiles = interval_half_widths(&rows, rule.level);
     let one = |(values, far): (&Vec<f64>, f64)| {
         let found = Estimate::over_replicas(values);
         let value = found.map_or(f64::NAN, |found| found.value);
@@ -240,9 +250,9 @@ pub fn differences(values: &[Vec<f64>], rule: &VerdictRule) -> Vec<Interval> {
     values.iter().zip(quantiles).map(one).collect()
 }
 
-/// Standard errors from the estimate to an end of its interval, for each of several times: half of
-/// the level for the last, half for all others together.
-fn quantiles(rows: &[&[f64]], level: f64) -> Vec<f64> {
+/// Computes the half widths of simultaneous confidence intervals at several times, in standard
+/// errors. Half of the level is for the last time, half for all others together.
+fn interval_half_widths(rows: &[&[f64]], level: f64) -> Vec<f64> {
     let student = |values: &[f64], level| quantile(level, Some(values.len().saturating_sub(1)));
     let Some((last, others)) = rows.split_last() else {
         return Vec::new();
@@ -257,9 +267,9 @@ fn quantiles(rows: &[&[f64]], level: f64) -> Vec<f64> {
     several.chain([student(last, 0.5 * level)]).collect()
 }
 
-/// Standard errors within which Student's statistics of several times all lie with a chance of at
-/// least `1 - level`; `rows[t]` holds the values of the replicas, normal and with any correlation
-/// between times.
+/// Computes the half width, in standard errors, within which Student's statistics of several times
+/// all lie with probability `1 - level` at least. `rows[t]` holds the values of the replicas,
+/// normal and with any correlation between times.
 ///
 /// This is the tube formula of H. Hotelling, *Am. J. Math.* **61**, 440 (1939), for Student's
 /// statistic. Seen from zero, the values of R replicas at one time are a direction in R dimensions.
@@ -305,7 +315,7 @@ pub fn joint_quantile(rows: &[&[f64]], level: f64) -> f64 {
     let factor = nu / ((nu + 1.0) * (nu - 1.0)).sqrt() / std::f64::consts::PI;
     let steps: Vec<f64> = rows
         .windows(2)
-        .map(|pair| factor * angle(pair[0], pair[1]))
+        .map(|pair| factor * angle_between(pair[0], pair[1]))
         .collect();
     let chance = |far: f64| {
         let alone = 2.0 * student.sf(far);
@@ -328,8 +338,9 @@ pub fn joint_quantile(rows: &[&[f64]], level: f64) -> f64 {
     high
 }
 
-/// Angle between the deviations of two rows from their means; infinite if one has none.
-fn angle(a: &[f64], b: &[f64]) -> f64 {
+/// Computes the angle \[rad\] between two rows of values, each taken as a vector of deviations from
+/// its mean; infinite if a row has no deviations.
+fn angle_between(a: &[f64], b: &[f64]) -> f64 {
     let mean = |row: &[f64]| row.iter().copied().collect::<RunningMoments>().mean();
     let (mean_a, mean_b) = (mean(a).unwrap_or(0.0), mean(b).unwrap_or(0.0));
     let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);

@@ -1,4 +1,5 @@
-//! Contact value of the pair correlation, from the flux of colliding pairs.
+//! Contact value of the pair correlation function, from sums of the inverse normal speed over
+//! colliding pairs.
 //!
 //! Of the pairs at contact, those that approach and those that separate are counted apart, so that
 //! g(d+) is the sum of two parts. In a volume V, pairs that approach with a normal speed between g
@@ -8,10 +9,10 @@
 //! (pairs/V) Ω_D d^(D-1) g p(g) dg        with the integral of p over all g: g_pre
 //! ```
 //!
-//! where `Ω_D` is 2π or 4π. So a sum of 1/g over the collisions of a time t is `(pairs/V) Ω_D d^(D-1)
-//! t g_pre`: no velocity distribution, no temperature and no extrapolation enter. The sum of 1/g'
-//! with the speed g' of separation is that of `g_post`. For a constant restitution r each pair
-//! leaves with r g, so `g_post = g_pre/r` and
+//! where `Ω_D` is 2π or 4π. So a sum of 1/g over the collisions of a time t is `(pairs/V) Ω_D
+//! d^(D-1) t g_pre`: no velocity distribution, no temperature and no extrapolation enter. The sum
+//! of 1/g' with the speed g' of separation is that of `g_post`. For a constant restitution r each
+//! pair leaves with r g, so `g_post = g_pre/r` and
 //!
 //! ```text
 //! g(d+) = g_pre (1 + 1/r) = χ (1 + r)/(2 r)        with χ = 2 g_pre
@@ -59,22 +60,24 @@ use stosszahl_model::{Collision, Observer};
 /// `sqrt(T/μ)` of relative motion.
 pub const CUT: f64 = 0.4;
 
-/// Sums over the collisions of one kind of pair in one window.
+/// Sums over the collisions of one pair of species in one time window, for its contact value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Flux {
-    /// Number of physical collisions.
+    /// Number of physical collisions, each counted with the weight of its simulators.
     pub collisions: f64,
-    /// Sum of `sqrt(2 π μ)/d^(D-1)`: collisions over the mean approach speed of a Maxwellian.
+    /// Sum of `sqrt(2 π μ)/d^(D-1)` over the collisions: the inverse mean approach speed of a
+    /// Maxwellian for each collision.
     pub rate: f64,
-    /// Sum of the thermal speed `sqrt(T)` over `g d^(D-1)`, before contact.
+    /// Sum over the collisions of the thermal speed `sqrt(T)` over `g d^(D-1)`, g being the normal
+    /// speed before contact.
     pub approaching: f64,
-    /// Sum of the thermal speed `sqrt(T)` over `g' d^(D-1)`, after contact; infinite if a pair
-    /// does not separate.
+    /// Sum over the collisions of the thermal speed `sqrt(T)` over `g' d^(D-1)`, g' being the
+    /// normal speed after contact. Infinite if a pair does not separate.
     pub separating: f64,
 }
 
 impl Flux {
-    /// Adds a collision of a gas at a temperature \[energy\].
+    /// Adds a collision of a gas that has the given granular temperature \[energy\].
     fn add(&mut self, collision: &Collision, dimension: usize, temperature: f64) {
         let weight = collision.weight / collision.line.norm().powi(dimension as i32 - 1);
         let (approach, separation) = (collision.approach(), collision.separation());
@@ -93,7 +96,7 @@ impl Flux {
         self.separating += weight * speed * after;
     }
 
-    /// Adds the sums of other collisions.
+    /// Adds the sums over another set of collisions.
     pub fn merge(&mut self, other: &Self) {
         self.collisions += other.collisions;
         self.rate += other.rate;
@@ -102,7 +105,7 @@ impl Flux {
     }
 }
 
-/// Returns 1/g, or below the cut a bounded function of the same mean.
+/// Returns 1/g of the normal speed g; below the cut, a bounded function with the same mean.
 fn inverse(speed: f64, cut: f64) -> f64 {
     if speed >= cut {
         return 1.0 / speed;
@@ -111,25 +114,27 @@ fn inverse(speed: f64, cut: f64) -> f64 {
     (12.0 - 30.0 * x + 20.0 * x * x) / cut
 }
 
-/// Window of time with its sums.
+/// Time window with the collision sums of each pair of species.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FluxWindow {
     /// Start and end of the window \[time\], the end not included.
     pub span: [f64; 2],
-    /// Integral of `sqrt(T)` over the part of the window that has passed.
+    /// Integral over time of the thermal speed `sqrt(T)`, over the part of the window that has
+    /// passed.
     pub exposure: f64,
-    /// Sums by kind of pair, in the order of [`pair_index`]; kinds beyond have not collided.
+    /// Sums for each pair of species, in the order of [`pair_index`]; pairs that are missing at the
+    /// end have not collided.
     kinds: Vec<Flux>,
 }
 
 impl FluxWindow {
-    /// Returns the sums of the pairs of two species.
+    /// Returns the collision sums of one pair of species; zeros if the pair has not collided.
     pub fn pair_sums(&self, species: [usize; 2]) -> Flux {
         let known = self.kinds.get(pair_index(species));
         known.copied().unwrap_or_default()
     }
 
-    /// Takes the sums so far out of the window, which goes on without them.
+    /// Moves the sums out of the window, which continues from zero.
     #[must_use]
     pub fn take_sums(&mut self) -> Self {
         Self {
@@ -139,7 +144,7 @@ impl FluxWindow {
         }
     }
 
-    /// Creates a window without sums.
+    /// Creates a time window `[start, end)` \[time\] with sums of zero.
     pub fn new(span: [f64; 2]) -> Self {
         Self {
             span,
@@ -148,7 +153,7 @@ impl FluxWindow {
         }
     }
 
-    /// Adds the same window of another replica, or of another part of the time.
+    /// Adds the sums of the same window of another replica, or of another part of the time.
     pub fn merge(&mut self, other: &Self) {
         self.exposure += other.exposure;
         if self.kinds.len() < other.kinds.len() {
@@ -159,15 +164,16 @@ impl FluxWindow {
         }
     }
 
-    /// Returns the value of the sums [`Flux::rate`], [`Flux::approaching`] and [`Flux::separating`]
-    /// where the contact value and both parts are one: `(pairs/V) Ω_D` times the exposure.
+    /// Returns the normalisation of [`Flux::rate`], [`Flux::approaching`] and [`Flux::separating`]:
+    /// their value for independent pairs, `(pairs/V) Ω_D` times the exposure.
     pub fn norm(&self, dimension: usize, pairs: f64, volume: f64) -> f64 {
         let directions = if dimension == 2 { TAU } else { 2.0 * TAU };
         pairs / volume * directions * self.exposure
     }
 }
 
-/// Position of a pair of species in a list of all pairs: (0, 0), (0, 1), (1, 1), (0, 2), ...
+/// Returns the position of a pair of species in a list of all pairs: (0, 0), (0, 1), (1, 1), (0,
+/// 2), ...
 ///
 /// ```
 /// use stosszahl_analysis::contact_value::pair_index;
@@ -179,13 +185,14 @@ pub fn pair_index([a, b]: [usize; 2]) -> usize {
     high * (high + 1) / 2 + low
 }
 
-/// Returns the number of pairs of two species, with the numbers of particles of both: unlike pairs
-/// `N_a N_b`, like pairs `N (N - weight)/2` of simulators of a weight.
+/// Returns the number of pairs of two species with numbers of particles N: unlike pairs `N_a N_b`,
+/// like pairs `N (N - weight)/2` of simulators of one weight.
 pub fn number_of_pairs(like: bool, [a, b]: [f64; 2], weight: f64) -> f64 {
     if like { 0.5 * a * (a - weight) } else { a * b }
 }
 
-/// Factor (1 + r)/(2 r) by which g(d+) exceeds χ; infinite for r = 0.
+/// Returns the factor (1 + r)/(2 r) by which g(d+) exceeds the contact value χ, for restitution r;
+/// infinite for r = 0.
 ///
 /// ```
 /// use stosszahl_analysis::contact_value::separation_factor;
@@ -196,8 +203,9 @@ pub fn separation_factor(restitution: f64) -> f64 {
     (1.0 + restitution) / (2.0 * restitution)
 }
 
-/// Leading term of g(d + s)/χ - g(d+)/χ next to contact under molecular chaos, at the gap s/d:
-/// `-(1/r² - 1)/π sqrt(2 s/d)` in the plane, `-(1/r² - 1)/2 sqrt(2 s/d)` in space.
+/// Computes the cusp of the pair correlation next to contact: the leading term of g(d + s)/χ -
+/// g(d+)/χ under molecular chaos at the gap s/d. It is `-(1/r² - 1)/π sqrt(2 s/d)` in the plane,
+/// `-(1/r² - 1)/2 sqrt(2 s/d)` in space.
 ///
 /// A pair with the radial speed v and the tangential speed u has touched if v > u sqrt(2 s/d). The
 /// pairs that have not lack the factor 1/r² of the density of slow separating pairs.
@@ -206,10 +214,11 @@ pub fn cusp(dimension: usize, restitution: f64, gap: f64) -> f64 {
     -(restitution.powi(-2) - 1.0) * tangential * (2.0 * gap).sqrt()
 }
 
-/// Observer of the flux at contact in windows of time, by kind of pair.
+/// Observer that sums 1/g of colliding pairs in time windows, by pair of species, for the contact
+/// value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactFlux {
-    /// Sums of each time window; windows may overlap.
+    /// Collision sums of each time window; windows may overlap.
     pub windows: Vec<FluxWindow>,
     dimension: usize,
     number: f64,
@@ -218,8 +227,8 @@ pub struct ContactFlux {
 }
 
 impl ContactFlux {
-    /// Creates an observer with windows `[start, end)` \[time\] of a gas of `number` particles at a
-    /// time and temperature.
+    /// Creates an observer with windows `[start, end)` \[time\], for a gas of `number` particles
+    /// with the given current time and temperature.
     pub fn new(
         spans: &[[f64; 2]],
         dimension: usize,
@@ -236,7 +245,8 @@ impl ContactFlux {
         }
     }
 
-    /// Sets the temperature at a time, so that rounding in the running energy never adds up.
+    /// Sets the current time and temperature, so that rounding errors of the running energy do not
+    /// accumulate.
     pub fn synchronise(&mut self, time: f64, temperature: f64) {
         self.pass(time);
         self.temperature = temperature;

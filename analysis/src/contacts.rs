@@ -1,5 +1,5 @@
-//! Contact statistics against molecular chaos at the local temperature: measurements of the
-//! breakdown of molecular chaos.
+//! Contact statistics of colliding pairs, compared with molecular chaos at the local temperature:
+//! tests of the breakdown of molecular chaos.
 //!
 //! Under molecular chaos partners are drawn from the velocities of the place, independently, and
 //! met with a chance in proportion to their normal relative speed g. With local Maxwellian
@@ -39,19 +39,19 @@ use history::{History, Past};
 use pairs::each_pair;
 pub use sums::{Acquaintance, ContactSums, MetSums, Products};
 
-/// Mean number of disks in a cell, over which local flow and temperature are taken.
+/// Mean number of disks in a cell for the local flow and temperature.
 pub const LOCAL: f64 = 24.0;
-/// Largest distance of pairs near contact, over their contact distance.
+/// Largest centre distance of pairs that count as near contact, over their contact distance.
 pub const NEAR: f64 = 1.1;
-/// Edges of the distance bins of velocity correlations, over the contact distance.
+/// Edges of the distance bins in which velocity correlations are summed, over the contact distance.
 pub const EDGES: [f64; DISTANCES + 1] = [1.0, NEAR, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0];
-/// Number of distance bins.
+/// Number of distance bins for velocity correlations.
 pub const DISTANCES: usize = 8;
-/// Orders p of the moments of the normal speed.
+/// Orders p of the moments `<g^p>` of the normal relative speed g of colliding pairs.
 pub const ORDERS: [i32; 4] = [-1, 1, 2, 3];
 
-/// Moment `<g^p>` of the normal relative speed of colliding pairs under molecular chaos,
-/// `(2 T/μ)^(p/2) Γ(1 + p/2)`.
+/// Computes the moment `<g^p>` of the normal relative speed of colliding pairs under molecular
+/// chaos, `(2 T/μ)^(p/2) Γ(1 + p/2)`.
 ///
 /// ```
 /// use stosszahl_analysis::contacts::moment_of_chaos;
@@ -65,14 +65,14 @@ pub fn moment_of_chaos(order: i32, temperature: f64, reduced_mass: f64) -> f64 {
     (2.0 * temperature / reduced_mass).powf(half) * gamma(1.0 + half)
 }
 
-/// Mean of the power `T^q` of a temperature measured from `freedom` squares, over that power of the
-/// true temperature.
-fn bias(power: f64, freedom: f64) -> f64 {
+/// Bias factor of a power of a measured temperature: its mean over that power of the true
+/// temperature, for `freedom` degrees of freedom.
+fn power_bias(power: f64, freedom: f64) -> f64 {
     let half = 0.5 * freedom;
     (ln_gamma(half + power) - ln_gamma(half) - power * half.ln()).exp()
 }
 
-/// Local flow and temperature of a gas, in cells of its box.
+/// Local flow and temperature of a gas, fitted in the cells of a grid.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Local {
     cells: [usize; 3],
@@ -80,8 +80,8 @@ struct Local {
     places: Vec<Place>,
 }
 
-/// Cell: number of particles, temperature (0 if unknown), and number of squares behind the
-/// temperature.
+/// State of one cell: number of particles, temperature (0 if unknown), and degrees of freedom of
+/// the temperature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Place {
     count: usize,
@@ -89,7 +89,7 @@ struct Place {
     freedom: f64,
 }
 
-/// Linear flow of a cell.
+/// Flow of one cell, linear in position: mass, centre, mean velocity and velocity gradient.
 #[derive(Clone, Copy, Default)]
 struct Flow {
     mass: f64,
@@ -105,7 +105,7 @@ impl Flow {
 }
 
 impl Local {
-    /// Returns the cell of a position, which may be in another image of the box.
+    /// Returns the index of the cell of a position, which may lie in any periodic image of the box.
     fn cell(&self, place: &Vector3<f64>) -> usize {
         (0..3).rev().fold(0, |index, axis| {
             let (count, length) = (self.cells[axis], self.lengths[axis]);
@@ -118,9 +118,8 @@ impl Local {
         })
     }
 
-    /// Computes flow and temperature of all cells. Also returns the flow of each cell, the
-    /// velocities about the flow by particle, freed of the loss of spread by the fit, and the cells
-    /// of all particles.
+    /// Fits flow and temperature in all cells. Also returns the flow of each cell, the velocity of
+    /// each particle relative to it, corrected for the fit, and the cell of each particle.
     fn local_flow(particles: &Particles) -> (Self, Vec<Flow>, Vec<Vector3<f64>>, Vec<usize>) {
         let dimension = particles.dimension;
         let volume: f64 = particles.lengths[..dimension].iter().product();
@@ -198,21 +197,22 @@ impl Local {
     }
 }
 
-/// Observer of contacts in windows of time.
+/// Observer of contact statistics of colliding pairs in time windows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactObserver {
-    /// Start and end of each window \[time\], the end not included, with its sums.
+    /// Time windows with their contact sums: start and end \[time\], the end not included.
     pub windows: Vec<([f64; 2], ContactSums)>,
     dimension: usize,
     number: f64,
     local: Local,
-    /// Temperature of the whole gas, current and at the last sample \[energy\].
+    /// Granular temperature of the whole gas \[energy\]: now, and at the last sample.
     temperature: [f64; 2],
     history: History,
 }
 
 impl ContactObserver {
-    /// Creates an observer with windows `[start, end)` of a gas \[time\]; they may overlap.
+    /// Creates an observer with windows `[start, end)` \[time\], which may overlap, and fits the
+    /// local flow and temperature of the gas.
     pub fn new(spans: &[[f64; 2]], particles: &Particles) -> Self {
         let mut contacts = Self {
             windows: spans
@@ -230,12 +230,14 @@ impl ContactObserver {
         contacts
     }
 
-    /// Sets the temperature of the whole gas, so that rounding in the running energy never adds up.
+    /// Sets the granular temperature of the whole gas, so that rounding errors of the running
+    /// energy do not accumulate.
     pub fn synchronise(&mut self, temperature: f64) {
         self.temperature[0] = temperature;
     }
 
-    /// Samples the gas: local flow and temperature from now on, and pairs near contact.
+    /// Samples the gas at a time: fits local flow and temperature for the next collisions, and sums
+    /// over pairs near contact.
     pub fn sample_gas(&mut self, time: f64, particles: &Particles) {
         let (local, flows, own, cells) = Local::local_flow(particles);
         self.local = local;
@@ -281,7 +283,7 @@ impl ContactObserver {
             // Other particles of the cells of the pair, by a fixed sequence of numbers.
             let other = |who: usize, draws: &mut u64| loop {
                 let all = &members[cells[who]];
-                let chosen = all[(next(draws) % all.len() as u64) as usize];
+                let chosen = all[(next_random(draws) % all.len() as u64) as usize];
                 if chosen != i && chosen != j {
                     break chosen;
                 }
@@ -313,7 +315,7 @@ impl ContactObserver {
         }
     }
 
-    /// Number of particles of the gas: the sum of the weights.
+    /// Returns the number of particles of the gas: the sum of the weights of simulators.
     pub fn particles(&self) -> f64 {
         self.number
     }
@@ -336,7 +338,7 @@ impl ContactObserver {
                     let moment = moment_of_chaos(order, temperature, mass);
                     sums.before[index] += normal.powi(order);
                     sums.after[index] += collision.separation().powi(order);
-                    sums.chaos[index] += moment / bias(0.5 * f64::from(order), place.freedom);
+                    sums.chaos[index] += moment / power_bias(0.5 * f64::from(order), place.freedom);
                 }
                 // The mean of μ g² under chaos is (D + 1) T.
                 let mean = (self.dimension + 1) as f64 * temperature;
@@ -370,9 +372,9 @@ impl Observer for ContactObserver {
     }
 }
 
-/// Returns the next number of a fixed sequence: splitmix64 (Steele, Lea & Flood 2014,
+/// Returns the next number of the splitmix64 generator (Steele, Lea & Flood 2014,
 /// doi:10.1145/2660193.2660195).
-fn next(state: &mut u64) -> u64 {
+fn next_random(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut mixed = *state;
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,11 +1,12 @@
-//! Energy and shape of the velocity distribution.
+//! Granular temperature and fourth cumulant of velocities at one time, and the virial of collisions
+//! for the pressure.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{
     Collision, Observer, ParticleModel, Particles, Simulation, Space, State, VelocityMoments,
 };
 
-/// Moments of the velocities at one time.
+/// Granular temperature and fourth cumulant of the velocities of a gas at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EnergySample {
     /// Time of the sample \[time\].
@@ -13,14 +14,15 @@ pub struct EnergySample {
     /// Granular temperature T = <m v^2>/D \[energy\]; proportional to the kinetic energy per
     /// particle.
     pub temperature: f64,
-    /// a2 = D <m^2 v^4>/((D + 2) <m v^2>^2) - 1; 0 for a Maxwellian and for a gas at rest.
+    /// Fourth cumulant a2 = D <m^2 v^4>/((D + 2) <m v^2>^2) - 1; 0 for a Maxwellian and for a gas
+    /// at rest.
     pub fourth_cumulant: f64,
     /// Collisions per particle so far, two for each pair collision.
     pub collisions_per_particle: f64,
 }
 
 impl EnergySample {
-    /// Computes the moments of a state after `pair_collisions` pair collisions of its particles.
+    /// Computes temperature and fourth cumulant of a state after `pair_collisions` pair collisions.
     pub fn new<P: ParticleModel>(scene: &P, state: &State<P>, pair_collisions: u64) -> Self {
         let moments = VelocityMoments::of_state(scene, state);
         let simulators = state.bodies.len();
@@ -28,15 +30,16 @@ impl EnergySample {
         Self::from_moments(state.time, P::Space::DIMENSION, &moments, collisions)
     }
 
-    /// Computes the moments of particles after `pair_collisions` pair collisions of them.
+    /// Computes temperature and fourth cumulant of particles after `pair_collisions` pair
+    /// collisions.
     pub fn of_particles(particles: &Particles, pair_collisions: u64) -> Self {
         let collisions = 2.0 * pair_collisions as f64 / particles.all.len().max(1) as f64;
         let moments = particles.moments();
         Self::from_moments(particles.time, particles.dimension, &moments, collisions)
     }
 
-    /// Computes the sample of a gas from its moments, [`Simulation::velocity_moments`], without a
-    /// loop over particles.
+    /// Computes temperature and fourth cumulant of a gas from its velocity moments,
+    /// [`Simulation::velocity_moments`], without a loop over particles.
     pub fn of_gas(gas: &dyn Simulation, moments: &VelocityMoments) -> Self {
         let collisions =
             2.0 * gas.work_counters().collisions as f64 / gas.particle_count().max(1) as f64;
@@ -65,15 +68,15 @@ impl EnergySample {
     }
 }
 
-/// Observer of the momentum transferred in collisions, for the pressure.
+/// Observer that sums the momentum transferred in collisions, for the pressure.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Virial {
     sum: f64,
 }
 
 impl Virial {
-    /// Compressibility factor Z = p/(nT) = 1 + sum(|impulse| d)/(D N T t) of an elastic gas of
-    /// `count` particles over the time `duration`.
+    /// Computes the compressibility factor Z = p/(nT) = 1 + sum(|impulse| d)/(D N T t) of an
+    /// elastic gas of `count` particles over the time `duration`.
     pub fn compressibility_factor<P: ParticleModel>(
         &self,
         count: usize,

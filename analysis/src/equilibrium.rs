@@ -1,4 +1,4 @@
-//! Tests whether an elastic gas has forgotten the arrangement of its start.
+//! Tests whether an elastic gas has forgotten the lattice of its initial state.
 //!
 //! Three tests, each with its false-alarm probability: impact parameters are uniform; no Bragg peak
 //! of the lattice is left; density fluctuations of long wavelength are those of the fluid. The last
@@ -15,27 +15,27 @@ use crate::modes::Modes;
 use crate::statistics::uniform_test;
 use crate::structure_factor::bragg_peaks;
 
-/// Probability with which each test fails an equilibrated gas.
+/// Probability with which each test of equilibration fails a gas in equilibrium.
 pub const FALSE_ALARM: f64 = 1e-3;
 
-/// Outcome of one test.
+/// Outcome of one test of equilibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EquilibriumTest {
-    /// Name of the test.
+    /// Name of the equilibration test.
     pub name: String,
-    /// Test statistic: chi-squared, or a ratio of means; NaN where the sample is too small.
+    /// Test statistic: chi-squared, or a ratio of means; NaN if the sample is too small.
     pub statistic: f64,
-    /// Probability of a statistic at least so extreme in an equilibrated gas; `None` where it is
-    /// unknown.
+    /// Probability of a statistic at least so extreme in equilibrium; `None` if it is unknown.
     pub p_value: Option<f64>,
-    /// True if the gas passed; `None` where the sample is too small to decide, or the test does not
-    /// apply.
+    /// True if the gas passed the test; `None` if the sample is too small to decide, or the test
+    /// does not apply.
     pub passed: Option<bool>,
-    /// Result in words.
+    /// Result of the test as a sentence, with its numbers.
     pub detail: String,
 }
 
-/// Tests P(b/d) = 1 by chi-squared. It needs 1000 collisions per bin, to see deviations of 10 %.
+/// Tests by chi-squared whether impact parameters are uniform, P(b/d) = 1. At least 1000 collisions
+/// per bin are needed, to see deviations of 10 %.
 pub fn impact_uniform(bins: &[u64]) -> EquilibriumTest {
     let name = "uniform impact parameters".to_owned();
     let total: u64 = bins.iter().sum();
@@ -66,8 +66,8 @@ pub fn impact_uniform(bins: &[u64]) -> EquilibriumTest {
     }
 }
 
-/// Tests Bragg peaks of the lattice `reciprocal` against wave vectors of about the same length in
-/// other directions.
+/// Tests whether the lattice of the start has melted: Bragg peaks at `reciprocal` against wave
+/// vectors of about equal length in other directions.
 ///
 /// In a fluid S at a wave vector is exponentially distributed around the mean of its ring, so the
 /// ratio of the two means follows the F distribution with (2 m, 2 M) degrees of freedom.
@@ -112,7 +112,8 @@ pub fn lattice_forgotten(
     }
 }
 
-/// Returns up to 60 wave vectors of nearly the length of the given ones, in other directions.
+/// Returns up to 60 wave vectors, as reciprocal indices, of nearly the length of the given ones, in
+/// other directions.
 fn ring_around(lengths: [f64; 2], reciprocal: &[[i32; 2]]) -> Vec<[i32; 2]> {
     let mut ring: Vec<[i32; 2]> = Vec::new();
     for &[x, y] in reciprocal {
@@ -135,13 +136,13 @@ fn ring_around(lengths: [f64; 2], reciprocal: &[[i32; 2]]) -> Vec<[i32; 2]> {
     ring
 }
 
-/// Longest wave number, times the diameter, at which S(k) is still S(0) for this purpose: hard-disk
-/// structure changes it by less than a tenth.
+/// Largest k d, wave number times diameter, at which S(k) is taken as S(0): hard-disk structure
+/// changes it by less than a tenth.
 const LONG_WAVE: f64 = 0.6;
-/// Number of waves along a side of a square box up to which they count as the longest.
+/// Largest number of waves along a side of a square box at which a mode still counts as long.
 const LONGEST_WAVES: f64 = 24.0;
-/// Most modes examined: of more, modes at equal steps are taken, and the mean of 129 to 256 is
-/// known to 9 % or better.
+/// Largest number of Fourier modes examined. Of more modes, every n-th is taken; the mean of 129 to
+/// 256 modes is known to 9 % or better.
 const MOST_MODES: usize = 256;
 
 /// Tests density fluctuations of long wavelength against the compressibility of the fluid, S(0) =

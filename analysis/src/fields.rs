@@ -24,7 +24,7 @@ use stosszahl_model::sum::SparseSums;
 use crate::Error;
 use crate::time_average::TimeErrors;
 
-/// Grid over the first two axes of a box; cells extend over the whole third axis.
+/// Grid of cells over the first two axes of a box; cells extend over the whole third axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FieldGrid {
     lengths: [f64; 2],
@@ -33,7 +33,8 @@ pub struct FieldGrid {
 }
 
 impl FieldGrid {
-    /// Creates `counts` cells along the sides `lengths` of a box of a `depth` (1 in the plane).
+    /// Creates a grid of `counts` cells along the sides `lengths` of a box of a `depth` (1 in the
+    /// plane).
     ///
     /// # Errors
     /// [`Error::Invalid`] unless all are positive and finite.
@@ -52,28 +53,29 @@ impl FieldGrid {
         })
     }
 
-    /// Number of cells along each axis.
+    /// Returns the number of cells along each axis.
     pub fn counts(&self) -> [usize; 2] {
         self.counts
     }
 
-    /// Number of cells.
+    /// Returns the number of cells of the grid.
     pub fn cells(&self) -> usize {
         self.counts[0] * self.counts[1]
     }
 
-    /// Sides of a cell \[length\].
+    /// Returns the side lengths of a cell along both axes \[length\].
     pub fn width(&self) -> [f64; 2] {
         [0, 1].map(|axis| self.lengths[axis] / self.counts[axis] as f64)
     }
 
-    /// Area of a cell times the depth of the box \[length^D\].
+    /// Returns the volume of a cell: its area times the depth of the box \[length^D\].
     pub fn cell_volume(&self) -> f64 {
         let [x, y] = self.width();
         x * y * self.depth
     }
 
-    /// Centre of a cell \[length\], by its number: the first axis runs fastest.
+    /// Returns the centre of the cell with a given index \[length\]; the index runs fastest along
+    /// the first axis.
     pub fn centre(&self, cell: usize) -> [f64; 2] {
         let [x, y] = self.width();
         let column = cell % self.counts[0];
@@ -81,8 +83,8 @@ impl FieldGrid {
         [(column as f64 + 0.5) * x, (row as f64 + 0.5) * y]
     }
 
-    /// Returns the cell of a position; a position beyond an edge by rounding is in the cell at the
-    /// edge.
+    /// Returns the index of the cell that contains a position. Positions that rounding puts outside
+    /// the box belong to the cell at the edge.
     #[inline]
     pub fn cell(&self, x: f64, y: f64) -> usize {
         let place = |axis: usize, at: f64| {
@@ -93,18 +95,18 @@ impl FieldGrid {
     }
 }
 
-/// Data of one particle that its contribution to fields depends on.
+/// Particle as seen by the field sums: position, velocity, mass, rotational energy and weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
-    /// Position along the first two axes \[length\].
+    /// Position of the particle along the first two axes \[length\].
     pub position: [f64; 2],
-    /// Velocity \[length/time\]; zero beyond the dimension.
+    /// Velocity of the particle \[length/time\]; zero beyond the dimension.
     pub velocity: [f64; 3],
     /// Mass of the particle \[mass\].
     pub mass: f64,
-    /// Twice the energy of rotation, I w^2 \[energy\].
+    /// Twice the rotational energy of the particle, I w^2 \[energy\].
     pub twice_spin_energy: f64,
-    /// Number of particles that a simulator stands for.
+    /// Weight: number of particles of the gas that the particle stands for.
     pub weight: f64,
 }
 
@@ -114,9 +116,9 @@ pub struct CellSums {
     number: f64,
     mass: f64,
     momentum: [f64; 3],
-    /// Sum of m v^2 \[energy\].
+    /// Sum of m v² over the particles \[energy\].
     square: f64,
-    /// Sum of I w^2 \[energy\].
+    /// Sum of I w² over the particles, twice the rotational energy \[energy\].
     spin: f64,
 }
 
@@ -156,16 +158,16 @@ impl CellSums {
 struct Contacts {
     /// Number of pair collisions.
     count: f64,
-    /// Sum of the momentum transferred times the distance of the centres \[energy\].
+    /// Sum over collisions of the transferred momentum times the centre distance \[energy\].
     virial: f64,
 }
 
-/// Sums of one run for fields, by time block, species and cell.
+/// Sums over one run from which fields are computed, by time block, species and cell.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FieldSums {
     grid: FieldGrid,
     species: usize,
-    /// Length of a time block; block b ends at `b + 1` times this \[time\].
+    /// Duration of a time block \[time\]; block b ends at (b + 1) times this duration.
     block: f64,
     samples: Vec<u64>,
     sums: Vec<CellSums>,
@@ -196,41 +198,41 @@ impl FieldSample {
         self.parts.close(group);
     }
 
-    /// Adds the particles of another sample.
+    /// Adds the sums over the particles of another sample.
     pub fn merge(&mut self, other: Self) {
         self.parts.merge(other.parts);
     }
 }
 
-/// Number of components of velocity and spin, for temperatures.
+/// Degrees of freedom of a particle: numbers of velocity and spin components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Freedom {
-    /// Number of components of a velocity.
+    /// Number of velocity components.
     pub dimension: usize,
-    /// Number of components of a spin; 0 for smooth particles.
+    /// Number of spin components; 0 for smooth particles.
     pub rotations: usize,
 }
 
-/// Fields of one cell.
+/// Values of all fields in one cell or one set of cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Values {
     /// Number density: particles per free volume (area in the plane) \[1/length^D\].
     pub number_density: f64,
-    /// Mean velocity, weighted with the masses \[length/time\].
+    /// Mean velocity of the cell, weighted with the masses \[length/time\].
     pub velocity: [f64; 3],
     /// Translational temperature, m <(v - u)^2>/D \[energy\].
     pub temperature: f64,
     /// Temperature of rotation, I <w^2> over the number of spin components \[energy\]; the mean
     /// spin is part of it.
     pub spin_temperature: f64,
-    /// Pressure: n T + (momentum carried by collisions)/(D V) \[energy/length^D\].
+    /// Pressure of the cell: n T + (momentum transferred in collisions)/(D V) \[energy/length^D\].
     pub pressure: f64,
     /// Collisions per particle and time \[1/time\].
     pub collision_rate: f64,
 }
 
 impl Values {
-    /// Returns the fields in their order, for arithmetic.
+    /// Returns the eight field values as an array, for arithmetic.
     pub fn list(&self) -> [f64; 8] {
         let [u, v, w] = self.velocity;
         [
@@ -258,34 +260,34 @@ impl Values {
     }
 }
 
-/// Mean fields of one set of cells, and their standard errors.
+/// Mean fields of one set of cells over a time window, with their standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredFields {
     /// Mean fields of the set of cells.
     pub values: Values,
-    /// Standard errors of the fields; NaN if fewer than two blocks of the runs have particles
-    /// there.
+    /// Standard errors of the fields; NaN if fewer than two time blocks have particles in the set
+    /// of cells.
     pub errors: Values,
 }
 
-/// Mean fields of several sets of cells, with errors.
+/// Mean fields of several sets of cells over a time window, with errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldAverages {
-    /// Mean fields of each set of cells, in their order.
+    /// Mean fields of each set of cells, in the order of the sets.
     pub places: Vec<MeasuredFields>,
-    /// Independent parts of the runs behind the errors of each field, in the order of
-    /// [`Values::list`]; see [`TimeErrors::parts`].
+    /// Number of independent parts into which the runs were cut for the error of each field, in the
+    /// order of [`Values::list`]; see [`TimeErrors::parts`].
     pub parts: [usize; 8],
 }
 
-/// Cells that are averaged together.
+/// Choice of the cells that are averaged together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CellAveraging {
-    /// Each cell by itself.
+    /// Every cell is a set of its own.
     Cells,
-    /// All cells with the same first coordinate: a profile along x.
+    /// Profile along x: all cells with equal first coordinate are a set.
     X,
-    /// All cells with the same second coordinate: a profile along y.
+    /// Profile along y: all cells with equal second coordinate are a set.
     Y,
 }
 
@@ -309,22 +311,22 @@ impl FieldSums {
         })
     }
 
-    /// Returns the grid.
+    /// Returns the grid of cells of the sums.
     pub fn grid(&self) -> &FieldGrid {
         &self.grid
     }
 
-    /// Number of species with sums of their own.
+    /// Returns the number of species with sums of their own.
     pub fn species(&self) -> usize {
         self.species
     }
 
-    /// Number of time blocks.
+    /// Returns the number of time blocks.
     pub fn blocks(&self) -> usize {
         self.samples.len()
     }
 
-    /// Returns a sample without particles.
+    /// Returns an empty sample for the particles at one time, to be filled and added.
     pub fn sample(&self) -> FieldSample {
         FieldSample {
             grid: self.grid,
@@ -332,7 +334,7 @@ impl FieldSums {
         }
     }
 
-    /// Adds a sample to a time block.
+    /// Adds the particle sums of one sample time to a time block.
     pub fn add_sample(&mut self, block: usize, sample: FieldSample) {
         let Some(samples) = self.samples.get_mut(block) else {
             return;
@@ -343,7 +345,8 @@ impl FieldSums {
         sample.parts.in_order(|place, part| sums[place].merge(part));
     }
 
-    /// Adds a collision at a time and a position that stands for `weight` collisions.
+    /// Adds a collision, given its time, position \[length\] and virial \[energy\]; it stands for
+    /// `weight` collisions.
     #[inline]
     pub fn collision(&mut self, time: f64, position: [f64; 2], virial: f64, weight: f64) {
         let block = ((time / self.block).max(0.0) as usize).min(self.samples.len() - 1);
@@ -353,7 +356,7 @@ impl FieldSums {
         contacts.virial += weight * virial;
     }
 
-    /// Adds up a set of cells in some time blocks of one replica.
+    /// Adds up the sums of a set of cells over some time blocks, for one species or for all.
     fn gather(
         &self,
         blocks: Range<usize>,
@@ -389,23 +392,23 @@ impl FieldSums {
     }
 }
 
-/// Averages of fields over the replicas of one run and a window of time.
+/// Averages of fields over replicas and a time window.
 #[derive(Clone, Debug)]
 pub struct ParticleAverages<'a> {
-    /// Replicas of the run.
+    /// Sums of each replica of the run.
     pub replicas: &'a [&'a FieldSums],
-    /// Blocks of the window, as indices.
+    /// Index range of the time blocks in the window.
     pub blocks: Range<usize>,
-    /// Number of components of velocity and spin.
+    /// Numbers of velocity and spin components of the particles.
     pub freedom: Freedom,
-    /// Share of each cell in which centres of particles can be: densities are per free volume.
-    /// Empty if all of every cell is free.
+    /// Free share of each cell, in which centres of particles can be; densities are per free
+    /// volume. Empty if all cells are free.
     pub free_shares: &'a [f64],
 }
 
 impl ParticleAverages<'_> {
-    /// Averages the fields of all species together, or of one: then pressure and collision rate are
-    /// zero, since collisions are counted for all species.
+    /// Averages the fields of one species, or of all together. For one species, pressure and
+    /// collision rate are zero, since collisions are counted for all species.
     pub fn fields(&self, species: Option<usize>, along: CellAveraging) -> FieldAverages {
         let groups = self.groups(along);
         let totals: Vec<Gathered> = (groups.iter())
@@ -438,8 +441,8 @@ impl ParticleAverages<'_> {
         }
     }
 
-    /// Computes numbers that follow from the fields of some cells, with standard errors. The
-    /// numbers are computed for all replicas and blocks together, and again for each block.
+    /// Computes numbers derived from the fields of some cells, with standard errors. They are
+    /// computed from the sums of all replicas and blocks, and again block by block.
     pub fn derived<const N: usize>(
         &self,
         cells: &[usize],
@@ -463,7 +466,7 @@ impl ParticleAverages<'_> {
         (found, errors)
     }
 
-    /// Number of replicas and of blocks of the window.
+    /// Returns the number of replicas and the number of time blocks in the window.
     fn size(&self) -> [usize; 2] {
         [self.replicas.len(), self.blocks.len()]
     }
@@ -485,7 +488,7 @@ impl ParticleAverages<'_> {
         }
     }
 
-    /// Sums over some cells in all replicas and blocks.
+    /// Adds up the sums of some cells over all replicas and all time blocks of the window.
     fn total(&self, species: Option<usize>, cells: &[usize]) -> Gathered {
         let mut total = Gathered::default();
         for replica in self.replicas {
@@ -495,7 +498,8 @@ impl ParticleAverages<'_> {
         total
     }
 
-    /// Sums over some cells in some blocks of the window of one replica; `None` without a sample.
+    /// Adds up the sums of some cells over some time blocks of one replica; `None` without a
+    /// sample.
     fn part(
         &self,
         replica: usize,
@@ -537,7 +541,7 @@ impl Gathered {
         }
     }
 
-    /// Computes the fields, with temperatures about a given velocity.
+    /// Computes the fields from the sums, with temperatures relative to the velocity `about`.
     fn values(&self, about: [f64; 3], freedom: Freedom, with_collisions: bool) -> Values {
         let CellSums {
             number,

@@ -8,31 +8,31 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 
-/// Measured value at a position.
+/// Data point of a fit: abscissa, measured value and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitPoint {
-    /// Abscissa, such as a step or a time.
+    /// Abscissa of the point, such as a time step or a time.
     pub x: f64,
-    /// Measured ordinate.
+    /// Measured value at the abscissa.
     pub y: f64,
-    /// Standard error of the value.
+    /// Standard error of the measured value.
     pub error: f64,
 }
 
-/// Fitted line `y = intercept + slope x`.
+/// Line `y = intercept + slope x` fitted to data points, with standard errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedLine {
-    /// Value at x = 0.
+    /// Intercept: fitted value at x = 0.
     pub intercept: f64,
-    /// Standard error of the value at x = 0.
+    /// Standard error of the intercept.
     pub intercept_error: f64,
-    /// Slope of the line, in units of y over x.
+    /// Slope of the fitted line, in units of y over x.
     pub slope: f64,
     /// Standard error of the slope.
     pub slope_error: f64,
-    /// Sum of the squared deviations over the squared errors.
+    /// Chi-squared of the fitted line: sum of the squared deviations over the squared errors.
     pub chi_squared: f64,
-    /// Number of values less two.
+    /// Degrees of freedom of the fit: number of values less two.
     pub degrees_of_freedom: usize,
 }
 
@@ -49,7 +49,8 @@ fn usable(points: &[FitPoint], needed: usize) -> Result<Vec<FitPoint>, Error> {
     Ok(points)
 }
 
-/// Fits a line. Values that are not finite or have no error are left out.
+/// Fits a straight line by weighted least squares. Values that are not finite or have no error are
+/// left out.
 ///
 /// # Errors
 /// [`Error::FitImpossible`] with fewer than two usable values, or all at one x.
@@ -96,8 +97,8 @@ pub fn line(points: &[FitPoint]) -> Result<FittedLine, Error> {
     })
 }
 
-/// Returns the limit of a quantity at vanishing step, cell size, or simulator weight, whose error
-/// is `a h^order`: Richardson's extrapolation, by a line in h^order. The slope is a.
+/// Computes the limit of a quantity at vanishing step, cell size or simulator weight h, if its
+/// error is `a h^order`: Richardson's extrapolation, by a line in h^order with the slope a.
 ///
 /// # Errors
 /// As [`line()`].
@@ -112,25 +113,26 @@ pub fn richardson(points: &[FitPoint], order: f64) -> Result<FittedLine, Error> 
     line(&raised)
 }
 
-/// Order of convergence that fits measured values best, with the limit.
+/// Order of convergence that fits measured values best, with the limit at h = 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConvergenceOrder {
     /// Order at which `limit + a h^order` fits best, searched from 0.1 to 6.
     pub value: f64,
-    /// Range of one standard error of the order, where chi-squared exceeds its minimum by one; open
-    /// ends are at the ends of the search.
+    /// Range of the order in which chi-squared exceeds its minimum by at most one: one standard
+    /// error. At the limits of the search the range is open.
     pub range: [f64; 2],
-    /// Limit at the best order.
+    /// Limit of the quantity at h = 0, fitted with the best order.
     pub limit: f64,
-    /// Chi-squared of the best fit; degrees of freedom are the number of values less three.
+    /// Chi-squared of the fit with the best order; degrees of freedom are the number of values less
+    /// three.
     pub chi_squared: f64,
 }
 
-/// Smallest and largest order searched.
+/// Smallest and largest order of convergence that the search tries.
 const ORDERS: [f64; 2] = [0.1, 6.0];
 
-/// Fits `limit + a h^order` with all three free, by a scan of the order with [`richardson`] at
-/// each.
+/// Fits limit, slope and order of `limit + a h^order`, by a scan of the order with [`richardson`]
+/// at each.
 ///
 /// # Errors
 /// [`Error::FitImpossible`] with fewer than three usable values.
@@ -174,7 +176,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Two values: the line goes through them, and errors are those of propagation by hand.
+    /// Tests a line through two values: its errors are those of propagation by hand.
     #[test]
     fn errors_are_propagated() {
         let points =
@@ -187,9 +189,9 @@ mod tests {
         assert!(found.chi_squared < 1e-25 && found.degrees_of_freedom == 0);
     }
 
-    /// Synthetic values with known errors: limits scatter by what the fit says, and chi-squared has
-    /// its mean. The bounds are 4.4 standard errors (false alarm 1e-5) of 2000 trials: the mean to
-    /// 0.1 of the error, the variance to 14 %.
+    /// Tests fits of synthetic values with known errors: limits scatter by the fitted error, and
+    /// chi-squared has its mean. The bounds are 4.4 standard errors (false alarm 1e-5) of 2000
+    /// trials: the mean to 0.1 of the error, the variance to 14 %.
     #[test]
     fn limits_scatter_as_they_say() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(4);

@@ -1,4 +1,4 @@
-//! Mean flow of the species of a gas, and their thermal energy relative to it, by sums over its
+//! Mean flow of each species of a gas, and thermal energy relative to it, by reductions over its
 //! particles.
 
 use nalgebra::Vector3;
@@ -6,25 +6,26 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{DynReduction, Grouping, Particle, ParticleReduction};
 
-/// Function that adds all particles of a gas to a sum, as [`stosszahl_model::Simulation::reduce_particles`]
-/// does.
+/// Callback that adds all particles of a gas to a reduction, as
+/// [`stosszahl_model::Simulation::reduce_particles`] does.
 pub type AddUp<'a> = dyn FnMut(&mut dyn DynReduction) + 'a;
 
-/// Mean flow of one species.
+/// Mean flow of one species: its number of particles, mass and mean velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesFlow {
-    /// Sum of the weights: number of particles.
+    /// Number of particles of the species: sum of the weights.
     pub number: f64,
-    /// Sum of the squared weights.
+    /// Sum of the squared weights of the simulators of the species.
     pub squares: f64,
-    /// Mass of the species.
+    /// Total mass of the particles of the species \[mass\].
     pub mass: f64,
-    /// Mean velocity, weighted with the masses; zero without particles \[length/time\].
+    /// Mass-weighted mean velocity of the species \[length/time\]; zero without particles.
     pub velocity: Vector3<f64>,
 }
 
 impl SpeciesFlow {
-    /// No flow, with infinite mass: velocities relative to it are the velocities themselves.
+    /// Flow with zero velocity and infinite mass, relative to which particles keep their own
+    /// velocities.
     pub const NONE: Self = Self {
         number: 0.0,
         squares: 0.0,
@@ -33,7 +34,7 @@ impl SpeciesFlow {
     };
 }
 
-/// Computes the flow of each species.
+/// Computes the mean flow of each species by a reduction over all particles.
 pub fn flows(grouping: Grouping, reduce_particles: &mut AddUp<'_>) -> Vec<SpeciesFlow> {
     let mut sums = SpeciesFlows {
         grouping,
@@ -50,7 +51,7 @@ pub fn flows(grouping: Grouping, reduce_particles: &mut AddUp<'_>) -> Vec<Specie
     values.chunks(6).map(flow).collect()
 }
 
-/// Sums of weights, their squares, mass and momentum by species.
+/// Reduction that sums weights, squared weights, mass and momentum by species.
 #[derive(Serialize, Deserialize)]
 pub struct SpeciesFlows {
     grouping: Grouping,
@@ -81,19 +82,20 @@ impl ParticleReduction for SpeciesFlows {
     }
 }
 
-/// Thermal motion of one species relative to its flow.
+/// Sums over the thermal motion of one species, relative to its flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thermal {
-    /// Number of particles.
+    /// Number of particles of the species.
     pub number: f64,
-    /// Sum of `m (v - u)^2` \[energy\].
+    /// Sum of `m (v - u)²` over the particles: twice the thermal energy \[energy\].
     pub twice_energy: f64,
     /// Sums of `w f^p`, p = 1 to 3, with `f = 1 - w m/M`, the weight w and the mass M of the
     /// species.
     pub free: [f64; 3],
 }
 
-/// Computes the thermal motion of each species relative to these flows.
+/// Computes the thermal motion of each species relative to the given flows, by a reduction over all
+/// particles.
 pub fn thermal(
     grouping: Grouping,
     flows: &[SpeciesFlow],
@@ -114,7 +116,7 @@ pub fn thermal(
     values.chunks(5).map(thermal).collect()
 }
 
-/// Sums of [`Thermal`] by species.
+/// Reduction that sums the thermal motion of each species.
 #[derive(Serialize, Deserialize)]
 pub struct Warmth {
     grouping: Grouping,

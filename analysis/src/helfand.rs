@@ -1,5 +1,5 @@
-//! Transport coefficients of an elastic gas of equal disks in equilibrium, by the moments of
-//! Einstein and Helfand.
+//! Transport coefficients of elastic disks in equilibrium, by Einstein-Helfand moments and
+//! Green-Kubo correlations of the fluxes.
 //!
 //! A flux J(t) whose integral over a lag is G has the coefficient
 //!
@@ -45,42 +45,43 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Collision;
 
-/// Fluxes: two of shear stress, pressure, two of energy.
+/// Number of fluxes: two of shear stress, one of pressure, two of energy.
 const FLUXES: usize = 5;
 
-/// Kinetic and collisional time integrals of all fluxes.
+/// Time integrals of all fluxes: the kinetic parts, then the collisional parts.
 type Integrals = [[f64; FLUXES]; 2];
 
-/// Sums over starts at one lag.
+/// Sums over all time origins at one lag.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Sums {
-    /// Number of starts of the lag.
+    /// Number of time origins of the lag.
     starts: f64,
-    /// Sums for each flux: squared kinetic change, product of the kinetic and the collisional
-    /// change, squared collisional change.
+    /// Sums for each flux of three products of its changes over the lag: squared kinetic change,
+    /// kinetic times collisional change, squared collisional change.
     squares: [[f64; 3]; FLUXES],
-    /// Sum of the collisional change of the pressure flux.
+    /// Sum over the time origins of the collisional change of the pressure flux.
     pressure: f64,
-    /// Sum of the squared displacements of all disks \[length^2\].
+    /// Sum of the squared displacements of disks over the lag \[length^2\].
     displacements: f64,
-    /// Number of displacements, over all disks and starts.
+    /// Number of displacements that were summed, over all disks and time origins.
     disks: f64,
-    /// Number of pairs of bins at this distance, from none on.
+    /// Number of pairs of bins that are this lag apart; lag 0 pairs each bin with itself.
     pairs: f64,
-    /// Sums of the products of the changes of each flux in two bins at this distance.
+    /// Sums of the products of the changes of each flux in two bins that are this lag apart.
     products: [f64; FLUXES],
-    /// Sum of the products of the displacements in the first and in the last bin of the lag, over
-    /// the counted displacements.
+    /// Sum over displacements of the product of two parts: those in the first and in the last bin
+    /// of the lag \[length^2\].
     steps: f64,
 }
 
-/// Correlations of fluxes at one lag; their integral over the lag is the coefficient.
+/// Flux correlations at one lag (Green-Kubo); the integral of each over the lag is a transport
+/// coefficient.
 ///
 /// Units are those of [`HelfandMoments`] without the lag, over a time. The first correlations, at
 /// lag zero, are of bins with themselves and count half.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Correlations {
-    /// Lag \[time\].
+    /// Lag of the correlations \[time\].
     pub lag: f64,
     /// Velocity autocorrelation: its integral over the lag is the self-diffusion coefficient.
     pub diffusion: f64,
@@ -92,37 +93,43 @@ pub struct Correlations {
     pub heat: f64,
 }
 
-/// Moments at one lag, scaled so that their slope in the lag is the coefficient:
+/// Helfand moments at one lag, scaled so that their slope over the lag is the coefficient:
 /// [`Helfand::moments`] has the units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HelfandMoments {
-    /// Lag \[time\].
+    /// Lag of the moments \[time\].
     pub lag: f64,
-    /// Moment of displacements, for the self-diffusion coefficient.
+    /// Moment of the displacements: its slope in the lag is the self-diffusion coefficient.
     pub diffusion: f64,
-    /// Kinetic, mixed and collisional moment, for the shear viscosity; their sum is the whole.
+    /// Moments of the shear stress: kinetic, mixed and collisional part. The slope of their sum is
+    /// the shear viscosity.
     pub shear: [f64; 3],
     /// Moment of the pressure: its slope in the lag is the bulk viscosity.
     pub bulk: f64,
-    /// Kinetic, mixed and collisional moment, for the heat conductivity; their sum is the whole.
+    /// Moments of the heat flux: kinetic, mixed and collisional part. The slope of their sum is the
+    /// heat conductivity.
     pub heat: [f64; 3],
 }
 
-/// Velocity and displacement of a disk.
+/// Velocity and displacement of a disk, updated at its collisions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Disk {
     velocity: Vector2<f64>,
-    /// Displacement since the beginning of the current lag, up to the time `since` \[length\].
+    /// Displacement of the disk since the beginning of the current lag, up to the time `since`
+    /// \[length\].
     moved: Vector2<f64>,
-    /// Time of the last collision of the disk, or of the beginning of the lag.
+    /// Time up to which `moved` is computed: that of the last collision of the disk, or the
+    /// beginning of the lag.
     since: f64,
-    /// Displacement in the first bin of the current lag \[length\].
+    /// Displacement of the disk in the first bin of the current lag \[length\].
     first: Vector2<f64>,
-    /// Displacement of the current lag up to the end of the last bin \[length\].
+    /// Displacement of the disk from the beginning of the current lag to the end of the last bin
+    /// \[length\].
     last: Vector2<f64>,
 }
 
-/// Sums of one run, fed with its collisions.
+/// Transport-coefficient sums of one run (Einstein-Helfand and Green-Kubo), fed with its
+/// collisions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Helfand {
     mass: f64,
@@ -131,19 +138,19 @@ pub struct Helfand {
     start: f64,
     now: f64,
     bin: f64,
-    /// Number of bins that have ended.
+    /// Number of time bins that have ended.
     bins: u64,
     disks: Vec<Disk>,
     flux: [f64; FLUXES],
     integrals: Integrals,
-    /// Integrals at the ends of the last bins, the latest first.
+    /// Time integrals of the fluxes at the ends of the last bins, the latest first.
     history: VecDeque<Integrals>,
-    /// Sums by lag, from one bin on.
+    /// Sums for each lag, from a lag of one bin on.
     sums: Vec<Sums>,
 }
 
-/// Returns the kinetic fluxes of a disk.
-fn carried(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
+/// Computes the kinetic fluxes that a disk of velocity `v` carries.
+fn kinetic_fluxes(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
     let energy = 0.5 * mass * v.norm_squared();
     [
         mass * v.x * v.y,
@@ -155,11 +162,11 @@ fn carried(mass: f64, v: Vector2<f64>) -> [f64; FLUXES] {
 }
 
 impl Helfand {
-    /// Memory for each disk \[bytes\].
+    /// Memory needed for each disk \[bytes\].
     pub const BYTES_PER_DISK: usize = size_of::<Disk>();
 
-    /// Creates sums that begin at the time `start`, with the velocities of all disks of one mass in
-    /// a box of some area; lags reach over `bins` bins of the duration `bin`.
+    /// Creates sums for disks of one mass in a box of a given area, from the time `start` with the
+    /// velocities of all disks. Lags reach over `bins` bins of the duration `bin`.
     pub fn new(
         start: f64,
         velocities: impl IntoIterator<Item = Vector2<f64>>,
@@ -175,7 +182,7 @@ impl Helfand {
         for velocity in &mut velocities {
             *velocity -= drift;
             energy += 0.5 * mass * velocity.norm_squared();
-            for (sum, one) in flux.iter_mut().zip(carried(mass, *velocity)) {
+            for (sum, one) in flux.iter_mut().zip(kinetic_fluxes(mass, *velocity)) {
                 *sum += one;
             }
         }
@@ -202,8 +209,8 @@ impl Helfand {
         }
     }
 
-    /// Adds a collision; collisions before the last one are ignored, as are partners without an
-    /// index.
+    /// Adds a collision to the fluxes. Collisions earlier than the last one, and partners without
+    /// an index, are ignored.
     pub fn collide(&mut self, collision: &Collision) {
         if collision.time < self.now {
             return;
@@ -222,7 +229,8 @@ impl Helfand {
             disk.moved += disk.velocity * (self.now - disk.since);
             disk.since = self.now;
             disk.velocity += gain * (sign / self.mass);
-            let [old, new] = [before[side], disk].map(|one| carried(self.mass, one.velocity));
+            let [old, new] =
+                [before[side], disk].map(|one| kinetic_fluxes(self.mass, one.velocity));
             for (flux, (old, new)) in self.flux.iter_mut().zip(old.into_iter().zip(new)) {
                 *flux += new - old;
             }
@@ -243,7 +251,8 @@ impl Helfand {
         }
     }
 
-    /// Advances to a time without a collision.
+    /// Advances the kinetic flux integrals to the time `until`, without a collision, and ends time
+    /// bins on the way.
     pub fn advance(&mut self, until: f64) {
         loop {
             let end = self.start + (self.bins + 1) as f64 * self.bin;
@@ -261,7 +270,7 @@ impl Helfand {
 
     fn end_bin(&mut self) {
         self.bins += 1;
-        self.correlate();
+        self.add_bin_products();
         for (sums, before) in self.sums.iter_mut().zip(&self.history) {
             sums.starts += 1.0;
             let change = |part: usize, flux: usize| self.integrals[part][flux] - before[part][flux];
@@ -303,8 +312,9 @@ impl Helfand {
         }
     }
 
-    /// Multiplies the changes in the bin that ends with the changes in the bins before it.
-    fn correlate(&mut self) {
+    /// Adds the products of the flux changes in the bin that ends and in each bin before it to the
+    /// correlation sums.
+    fn add_bin_products(&mut self) {
         let total = |integrals: &Integrals, flux: usize| integrals[0][flux] + integrals[1][flux];
         // The kinetic part of the pressure is that of the energy, which never changes.
         let given = |integrals: &Integrals, flux: usize| match flux {
@@ -326,7 +336,7 @@ impl Helfand {
         }
     }
 
-    /// Returns the correlations of fluxes by lag, from none on, in the units of
+    /// Computes the flux correlations by lag, from lag 0 on; their units are those of
     /// [`Helfand::moments`] over a lag.
     pub fn correlations(&self) -> Vec<Correlations> {
         let speed = (self.temperature / self.mass).sqrt();
@@ -355,10 +365,10 @@ impl Helfand {
         reached.map(one).collect()
     }
 
-    /// Returns the moments by lag, in units of which mass m and temperature T of the gas are one:
-    /// with the unit d of lengths, lags come in d sqrt(m/T), diffusion in d sqrt(T/m), viscosities
-    /// in sqrt(m T)/d, conductivity in sqrt(T/m)/d, each times a lag. Lags that no bin has reached
-    /// are left out.
+    /// Computes the Helfand moments by lag, in units of which mass m and temperature T of the gas
+    /// are one. With the unit d of lengths, lags come in d sqrt(m/T), diffusion in d sqrt(T/m),
+    /// viscosities in sqrt(m T)/d, conductivity in sqrt(T/m)/d, each times a lag. Lags that no bin
+    /// has reached are left out.
     pub fn moments(&self) -> Vec<HelfandMoments> {
         let speed = (self.temperature / self.mass).sqrt();
         let run = self.now - self.start;

@@ -1,4 +1,4 @@
-//! Impact parameters of a whole run, for custom programs.
+//! Observer of the impact parameters of a whole run, for programs that use the engines directly.
 
 use stosszahl_model::{Collision, Observer};
 
@@ -15,14 +15,14 @@ pub struct ImpactParameters {
 }
 
 impl Default for ImpactParameters {
-    /// Creates an observer of twenty bins, for disks.
+    /// Creates an observer with twenty bins for two dimensions.
     fn default() -> Self {
         Self::new(2, 20)
     }
 }
 
 impl ImpactParameters {
-    /// Creates an observer of `bins` bins of equal width, for 2 or 3 dimensions.
+    /// Creates an observer with `bins` bins of equal width, for 2 or 3 dimensions.
     pub fn new(dimension: usize, bins: usize) -> Self {
         Self {
             dimension: dimension as i32,
@@ -33,25 +33,25 @@ impl ImpactParameters {
         }
     }
 
-    /// Number of pair collisions seen.
+    /// Returns the number of pair collisions observed.
     pub fn collisions(&self) -> u64 {
         self.collisions
     }
 
-    /// Probability density of u in each bin; 1 under molecular chaos.
+    /// Computes the probability density of u = (b/d)^(D-1) in each bin; 1 under molecular chaos.
     pub fn densities(&self) -> Vec<f64> {
         let each = self.collisions.max(1) as f64 / self.bins.len() as f64;
         self.bins.iter().map(|&count| count as f64 / each).collect()
     }
 
-    /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2), s = 12 (`<u>` - 1/2): positive
-    /// where grazing collisions are in excess. `None` without collisions.
+    /// Computes the slope s of the least-squares line P(u) = 1 + s (u - 1/2), s = 12 (`<u>` - 1/2):
+    /// positive where grazing collisions are in excess. `None` without collisions.
     pub fn slope(&self) -> Option<f64> {
         (self.collisions > 0).then(|| 12.0 * (self.sum / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] if collisions are independent; collisions of one clustered
-    /// gas are not.
+    /// Computes the standard error that [`Self::slope`] has if collisions are independent;
+    /// collisions of one clustered gas are not.
     pub fn slope_error(&self) -> Option<f64> {
         let count = self.collisions as f64;
         let mean = self.sum / count;

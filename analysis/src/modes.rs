@@ -1,4 +1,4 @@
-//! Density and velocity fluctuations of single Fourier modes: exact sums, for the noise of a gas
+//! Density and velocity amplitudes of single Fourier modes by direct sums, for the noise of a gas
 //! and the growth or decay of its shear waves.
 //!
 //! For N points with velocities `v_j` and the wave vector k of the periodic box, the amplitudes are
@@ -34,33 +34,34 @@ use crate::error::{Seen, check_lengths, check_positions};
 /// Largest magnitude of a reciprocal index.
 pub const LARGEST_INDEX: u32 = 10_000;
 
-/// Number of points treated together, so that their powers of phases stay in the cache.
+/// Number of points processed together, so that their powers of phases stay in the cache.
 const BLOCK: usize = 64;
 
-/// Number of partial sums within a block of points.
+/// Number of partial sums, for SIMD, within a block of points.
 const LANES: usize = 8;
 
-/// Amplitudes of one mode, each a sum over the points.
+/// Density and velocity amplitudes of one Fourier mode, sums over the points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Amplitude {
-    /// Density, Σ exp(-i k · r), as real and imaginary part.
+    /// Density amplitude Σ exp(-i k · r): real and imaginary part.
     pub density: [f64; 2],
-    /// Velocity along k, Σ (v · k/|k|) exp(-i k · r) \[length/time\].
+    /// Longitudinal velocity amplitude Σ (v · k/|k|) exp(-i k · r) \[length/time\]: real and
+    /// imaginary part.
     pub longitudinal: [f64; 2],
-    /// Velocity across k, Σ (v · t) exp(-i k · r), t being k/|k| turned by a quarter to the left
-    /// \[length/time\].
+    /// Transverse velocity amplitude Σ (v · t) exp(-i k · r), t being k/|k| turned by a quarter to
+    /// the left \[length/time\]: real and imaginary part.
     pub transverse: [f64; 2],
 }
 
-/// Squared amplitudes of one mode over the number of points.
+/// Squared density and velocity amplitudes of one Fourier mode, over the number of points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Power {
-    /// Structure factor S(k) = |rho|²/N of the points; times the weight of a point it is S(k) of
-    /// the disks.
+    /// Structure factor S(k) = |rho|²/N of the points. Times the weight of a point, this is S(k) of
+    /// the particles.
     pub density: f64,
-    /// |`p_par`|²/N: T/m in equilibrium \[length²/time²\].
+    /// Squared longitudinal velocity amplitude |`p_par`|²/N: T/m in equilibrium \[length²/time²\].
     pub longitudinal: f64,
-    /// |`p_perp`|²/N: T/m in equilibrium \[length²/time²\].
+    /// Squared transverse velocity amplitude |`p_perp`|²/N: T/m in equilibrium \[length²/time²\].
     pub transverse: f64,
 }
 
@@ -69,7 +70,7 @@ fn square([re, im]: [f64; 2]) -> f64 {
 }
 
 impl Amplitude {
-    /// Squares of the amplitudes over the number of points.
+    /// Computes the squared amplitudes of the mode over the number of points.
     pub fn power(&self, points: usize) -> Power {
         let scale = 1.0 / points.max(1) as f64;
         Power {
@@ -80,7 +81,8 @@ impl Amplitude {
     }
 }
 
-/// Wave vector of a pair of reciprocal indices \[1/length\].
+/// Computes the wave vector \[1/length\] of a pair of reciprocal indices in a box with sides
+/// `lengths`.
 pub(crate) fn wave_vector(lengths: [f64; 2], index: [i32; 2]) -> Vector2<f64> {
     vector![
         TAU * f64::from(index[0]) / lengths[0],
@@ -88,8 +90,8 @@ pub(crate) fn wave_vector(lengths: [f64; 2], index: [i32; 2]) -> Vector2<f64> {
     ]
 }
 
-/// Mean squared amplitude of either velocity component of one mode in thermal equilibrium, over N
-/// times the temperature `Σ v²/(2 N)`: `1 + (1 - S(k))/(N - 1)`.
+/// Computes the expected squared amplitude of either velocity component of one mode in thermal
+/// equilibrium, over N times the temperature `Σ v²/(2 N)`: `1 + (1 - S(k))/(N - 1)`.
 ///
 /// With the total momentum fixed at zero, two velocities have the covariance -T/(N - 1) per
 /// component, and the pairs of a mode sum to `N S(k) - N`.
@@ -97,12 +99,12 @@ pub fn equilibrium_energy(points: usize, structure_factor: f64) -> f64 {
     1.0 + (1.0 - structure_factor) / points.saturating_sub(1).max(1) as f64
 }
 
-/// Chosen Fourier modes of a periodic box.
+/// Set of Fourier modes of a periodic box, given by their reciprocal indices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Modes {
     lengths: [f64; 2],
     indices: Vec<[i32; 2]>,
-    /// Largest magnitudes of the indices.
+    /// Largest magnitude of the reciprocal indices along each axis.
     reach: [usize; 2],
 }
 
@@ -135,8 +137,8 @@ impl Modes {
     }
 
     /// Returns the modes with wave numbers |k| from `range[0]` up to but not including `range[1]`
-    /// \[1/length\], one of each pair ±k, at most `most` of them: at equal steps in the order of
-    /// their indices if there are more.
+    /// \[1/length\], one of each pair ±k. Of more than `most` modes, modes at equal steps in the
+    /// order of their indices are taken.
     ///
     /// # Errors
     /// As [`Modes::new`].
@@ -158,12 +160,12 @@ impl Modes {
         Self::new(lengths, indices.into_iter().step_by(stride).collect())
     }
 
-    /// Returns the reciprocal indices of the modes.
+    /// Returns the pairs of reciprocal indices of the modes.
     pub fn indices(&self) -> &[[i32; 2]] {
         &self.indices
     }
 
-    /// Magnitude |k| of each mode \[1/length\].
+    /// Returns the wave number |k| of each mode \[1/length\].
     pub fn wave_numbers(&self) -> impl Iterator<Item = f64> + '_ {
         let lengths = self.lengths;
         self.indices
@@ -202,8 +204,8 @@ impl Modes {
         Ok(sums)
     }
 
-    /// Computes the amplitudes of all modes, in their order. Velocities beyond the number of
-    /// positions are ignored, and missing ones are zero.
+    /// Computes density and velocity amplitudes of all modes, in their order. Velocities beyond the
+    /// number of positions are ignored, and missing ones are zero.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -231,29 +233,29 @@ impl Modes {
     }
 }
 
-/// Weights of the particles of a gas in [`Amplitudes`].
+/// Weights with which particles enter the mode sums of [`Amplitudes`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ModeWeights {
-    /// Weight one for each particle.
+    /// One weight of 1 for each particle: density amplitudes.
     Density,
-    /// Three weights: one, the momentum relative to a mean flow, and the energy relative to it less
-    /// a temperature.
+    /// Three weights for each particle: 1, the momentum relative to a mean flow, and the energy
+    /// relative to that flow less a temperature.
     Fields {
-        /// Mean flow \[length/time\].
+        /// Mean flow that is subtracted from the velocities \[length/time\].
         flow: Vector2<f64>,
         /// Temperature subtracted from the energy of each particle \[energy\].
         temperature: f64,
     },
 }
 
-/// Sums over the particles of a gas that give [`Modes::sums`].
+/// Reduction over the particles of a gas that computes [`Modes::sums`].
 #[derive(Serialize, Deserialize)]
 pub struct Amplitudes {
     modes: Modes,
     weighing: ModeWeights,
     seen: Seen,
     totals: Totals,
-    /// Positions and weights of the open group.
+    /// Positions and weights of the particles in the current group, not yet added to the sums.
     #[serde(skip)]
     places: Vec<Vector2<f64>>,
     #[serde(skip)]
@@ -261,7 +263,7 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// Creates amplitudes of zero, before any particle is added.
+    /// Creates a reduction with amplitudes of zero.
     pub fn new(modes: Modes, weighing: ModeWeights) -> Self {
         let weights = match weighing {
             ModeWeights::Density => 1,
@@ -277,8 +279,7 @@ impl Amplitudes {
         }
     }
 
-    /// Returns the number of points, and for each mode the sums of all weights, one after the
-    /// other.
+    /// Returns the number of points, and for each mode the sum of each weight, one after the other.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -289,7 +290,7 @@ impl Amplitudes {
         Ok((self.seen.count, pairs.collect()))
     }
 
-    /// Adds the open group with the first W weights.
+    /// Adds the current group of particles to the sums, with the first W weights.
     fn flush<const W: usize>(&mut self) {
         let weights = &self.weights;
         let sums = self.modes.sums(&self.places, |point| {
@@ -339,8 +340,8 @@ impl ParticleReduction for Amplitudes {
     }
 }
 
-/// Powers 0, 1, 2, ... of the phases exp(-2πi x/L) of a block of points along an axis: real and
-/// imaginary parts apart, so that sums over points use all lanes of the machine.
+/// Powers 0, 1, 2, ... of the phases exp(-2πi x/L) of a block of points along one axis. Real and
+/// imaginary parts are stored apart, for SIMD.
 struct Powers {
     real: Vec<[f64; BLOCK]>,
     imaginary: Vec<[f64; BLOCK]>,
@@ -369,7 +370,8 @@ impl Powers {
     }
 }
 
-/// Adds the weighted phases of one mode and a block of points, in lanes of their own until the end.
+/// Adds the weighted phases of one mode over a block of points to `sum`, through one partial sum
+/// for each SIMD lane.
 fn add_block<const W: usize>(
     powers: &[Powers; 2],
     index: [i32; 2],
@@ -399,9 +401,9 @@ fn add_block<const W: usize>(
     }
 }
 
-/// Returns changes of velocity that add to a gas one shear wave for each given mode: `amplitude t
+/// Computes velocity changes that add one shear wave for each given mode to a gas: `amplitude t
 /// cos(k · r)` with t across k as in [`Amplitude`]. The transverse amplitude of that mode grows by
-/// `amplitude N/2` in its real part, but for correlations of the positions.
+/// `amplitude N/2` in its real part, except for correlations of the positions.
 ///
 /// # Errors
 /// [`Error::PositionInvalid`], [`Error::PointsTooFew`].

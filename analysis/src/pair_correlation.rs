@@ -1,5 +1,5 @@
-//! The pair correlation function: the number of neighbours at a distance, relative to independent
-//! points.
+//! Pair correlation function g(r): the number of neighbours at a distance over that of independent
+//! points, by cell lists.
 //!
 //! g(r) is the number of pairs found at distance r over the number expected of as many independent
 //! points:
@@ -31,15 +31,16 @@ pub use self::partial::of_species;
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions};
 
-/// One bin of distances.
+/// One distance bin of a pair correlation function.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bin {
-    /// Mean distance in the bin, weighted by area, in diameters: ⅔ (b³ - a³) / (b² - a²) for a bin
-    /// from a to b.
+    /// Area-weighted mean distance in the bin, in diameters: ⅔ (b³ - a³) / (b² - a²) for a bin from
+    /// a to b.
     pub r_over_d: f64,
-    /// Pairs found over pairs expected of independent points.
+    /// Value of g(r): pairs found over pairs expected of independent points.
     pub g: f64,
-    /// Number of pairs found, each counted once; half a pair where only one of the two is a centre.
+    /// Number of pairs found in the bin, each counted once. A pair with only one centre counts
+    /// half.
     pub pairs: u64,
 }
 
@@ -101,8 +102,8 @@ pub fn of_spheres(
     measure(positions, lengths, diameter, range, bins, interrupt)
 }
 
-/// Measures g(r) in any dimension. Not public, so that it is compiled with the optimisation of this
-/// crate, not where it is used.
+/// Measures g(r) in D dimensions. Private and generic, so that it is compiled with the optimisation
+/// level of this crate.
 fn measure<const D: usize>(
     positions: &[SVector<f64, D>],
     lengths: [f64; D],
@@ -128,7 +129,8 @@ fn measure<const D: usize>(
     ))
 }
 
-/// Number of pairs of `centres` of `points` points, each pair of two centres counted once.
+/// Returns the number of pairs with a centre among `points` points. A pair of two centres counts
+/// once, a pair with one centre half.
 fn like_pairs(centres: usize, points: usize) -> f64 {
     0.5 * centres as f64 * (points as f64 - 1.0)
 }
@@ -148,8 +150,8 @@ fn check_range(lengths: &[f64], range: f64, bins: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// Divides the number of neighbours in each bin by the number expected of independent points; each
-/// pair counts as two neighbours.
+/// Computes g(r): neighbours counted in each bin over the number expected of independent points.
+/// Each pair counts as two neighbours.
 fn correlation(
     lengths: &[f64],
     diameter: f64,
@@ -174,9 +176,9 @@ fn correlation(
     }
 }
 
-/// Pairs of a gas, strip by strip of its box
-/// ([`stosszahl_model::Simulation::reduce_neighbourhoods`]): neighbours of chosen centres among the
-/// particles in and near the strip.
+/// Reduction that counts the pairs of a gas by distance, strip by strip of its box
+/// ([`stosszahl_model::Simulation::reduce_neighbourhoods`]). Neighbours of chosen centres are
+/// counted among the particles in and near the strip.
 ///
 /// Where particles stand for less than one of the gas, only as many of them are centres as there
 /// are particles of the gas, chosen by a hash of their positions. Then m simulators per particle
@@ -186,13 +188,13 @@ fn correlation(
 pub struct PairCounts {
     lengths: Vec<f64>,
     range: f64,
-    /// Points of the strips, and their validity.
+    /// Number and validity of the points of all strips so far.
     seen: Seen,
     /// Number of centres: points whose neighbours are counted.
     centres: usize,
-    /// Number of neighbours by bin.
+    /// Number of neighbours of all centres, by distance bin.
     neighbours: Vec<u64>,
-    /// Open strip: positions, and true for centres.
+    /// Points of the current strip: position, and whether the point is a centre.
     #[serde(skip)]
     open: Vec<(Vector3<f64>, bool)>,
     #[serde(skip)]
@@ -202,8 +204,8 @@ pub struct PairCounts {
 }
 
 impl PairCounts {
-    /// Creates empty sums in a box in the plane or in space; the interrupt breaks off the work of
-    /// this process.
+    /// Creates empty pair counts for a box in the plane or in space; `interrupt` stops the counting
+    /// in this process.
     ///
     /// # Errors
     /// As [`of_disks`].
@@ -226,7 +228,7 @@ impl PairCounts {
         })
     }
 
-    /// Returns g(r) of all pairs added.
+    /// Computes g(r) from all pairs added so far.
     ///
     /// # Errors
     /// As [`of_disks`]; [`Error::PointsTooFew`] without a centre, too.
@@ -298,7 +300,8 @@ impl ParticleReduction for PairCounts {
     }
 }
 
-/// Volume of the shell between two radii, and the mean distance of its points from the centre.
+/// Returns the volume of the shell between two radii (its area in the plane), and the mean distance
+/// of its points from the centre.
 fn shell(dimension: usize, inner: f64, outer: f64) -> (f64, f64) {
     if dimension == 2 {
         let squares = outer * outer - inner * inner;
@@ -325,7 +328,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Measures without an interrupt.
+    /// Measures the pair correlation of points without an interrupt, for tests.
     fn measure<const D: usize>(
         positions: &[SVector<f64, D>],
         lengths: [f64; D],
@@ -337,7 +340,7 @@ mod tests {
         super::measure(positions, lengths, diameter, range, bins, &never)
     }
 
-    /// Counts all pairs, one by one.
+    /// Counts all pairs of points by distance, one by one, as a reference for tests.
     fn all_pairs<const D: usize>(
         positions: &[SVector<f64, D>],
         lengths: [f64; D],
@@ -366,8 +369,8 @@ mod tests {
         correlation.bins.iter().map(|bin| bin.pairs).collect()
     }
 
-    /// Coordinates in units of the side: at random, in a tight cluster, on cell edges, on and
-    /// beyond the edge of the box.
+    /// Returns a strategy that draws coordinates in units of the side: at random, in a tight
+    /// cluster, on cell edges, and on or beyond the edge of the box.
     fn coordinate() -> impl Strategy<Value = f64> {
         prop_oneof![
             0.0_f64..1.0,
@@ -387,7 +390,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(31), failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Cells and all pairs count the same, exactly.
+        /// Tests that cell lists and a loop over all pairs count the same pairs, exactly.
         #[test]
         fn cells_match_all_pairs(
             fractions in prop::collection::vec((coordinate(), coordinate()), 2..120),
@@ -423,9 +426,9 @@ mod tests {
         }
     }
 
-    /// In space cells and all pairs count the same, and independent points have g near 1: of 2000
-    /// points, 20 bins, the outer ones hold thousands of pairs, of which four errors of counting
-    /// are allowed.
+    /// Tests in space that cell lists and a loop over all pairs count the same pairs, and that
+    /// independent points have g near 1. Of 2000 points, 20 bins, the outer ones hold thousands of
+    /// pairs, of which four errors of counting are allowed.
     #[test]
     fn cells_match_all_pairs_in_space() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(34);
@@ -446,8 +449,8 @@ mod tests {
         }
     }
 
-    /// Measures in three uneven strips, each counted by another sum that sees all other points as
-    /// near.
+    /// Measures g(r) with the points cut into three uneven strips, each counted by another sum that
+    /// sees all other points as near.
     fn in_strips(positions: &[Vector3<f64>], lengths: [f64; 3], range: f64) -> PairCorrelation {
         let empty = || PairCounts::new(&lengths, range, 20, &Interrupt::default()).unwrap();
         let mut all = empty();
@@ -470,7 +473,7 @@ mod tests {
         all.correlation(1.0).unwrap()
     }
 
-    /// Measures g(r) by [`PairCounts`] of points that stand for less than a particle each.
+    /// Measures g(r) by [`PairCounts`] of simulators that stand for less than a particle each.
     fn of_weight(
         positions: &[Vector3<f64>],
         lengths: &[f64],
@@ -490,8 +493,8 @@ mod tests {
         pairs
     }
 
-    /// The neighbours of some points, half of all in a cluster, against all pairs of each of them,
-    /// exactly.
+    /// Tests the neighbours of some centres, half of all points in a cluster, against a loop over
+    /// all their pairs, exactly.
     #[test]
     fn centres_meet_all_their_neighbours() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(35);
@@ -529,7 +532,8 @@ mod tests {
         }
     }
 
-    /// Boxes far narrower than a cell, or whose area is no number: cells are no more than points.
+    /// Tests boxes far narrower than a cell, or whose area is no number: there are no more cells
+    /// than points.
     #[test]
     fn cells_are_few_in_every_box() {
         for (lengths, range) in [
@@ -580,9 +584,9 @@ mod tests {
         assert!((wide.bins[0].r_over_d - 1.0 / 6.0).abs() < 1e-15);
     }
 
-    /// Independent points have g = 1 with the pairs normalised by N - 1. Forty bins at z = 4 raise
-    /// a false alarm for one seed in 400. With N in place of N - 1, ten points would be off by 0.1,
-    /// which errors below 0.025 show at z = 4; many points must agree to 0.02.
+    /// Tests that independent points have g = 1, with pairs normalised by N - 1. Forty bins at z =
+    /// 4 raise a false alarm for one seed in 400. With N in place of N - 1, ten points would be off
+    /// by 0.1, which errors below 0.025 show at z = 4; many points must agree to 0.02.
     #[test]
     fn independent_points_have_no_correlation() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(33);
@@ -613,8 +617,9 @@ mod tests {
         }
     }
 
-    /// Independent simulators of an eighth of a particle, of which an eighth are centres, have g =
-    /// 1: 60 configurations of 2000 have 15 000 of 120 000, with a standard error of 115.
+    /// Tests that independent simulators of an eighth of a particle, of which an eighth are
+    /// centres, have g = 1. 60 configurations of 2000 have 15 000 of 120 000, with a standard error
+    /// of 115.
     #[test]
     fn few_centres_have_no_correlation_either() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(36);

@@ -1,5 +1,5 @@
-//! Growth and decay of amplitudes over replicas: viscosity from a shear wave, the exponents of an
-//! instability, diffusion from displacements.
+//! Growth and decay rates of amplitudes over replicas, by regression of each value on the one
+//! before: viscosity from a shear wave, exponents of an instability, diffusion.
 //!
 //! An amplitude that obeys `da/dx = -rate a + noise` with noise that is independent of the past has
 //! `<a(x + h) a(x)> = exp(-rate h) <a(x)²>`. Its propagator over one step is the slope of the
@@ -21,8 +21,8 @@ use crate::Error;
 use crate::replicas::{add_terms, of_sums};
 use crate::statistics::Estimate;
 
-/// Estimates a function of sums over replicas, with its jackknife error: `sums` has for each
-/// replica the terms that add up, `value` is the function of their totals.
+/// Computes a function of sums over replicas, with its jackknife error. `sums` has the additive
+/// terms of each replica, `value` is the function of their totals.
 ///
 /// None without replicas; no error with one.
 ///
@@ -53,8 +53,8 @@ pub fn jackknife<const N: usize>(
     })
 }
 
-/// Estimates the rate at which amplitudes decay, per unit of x (negative if they grow), from series
-/// of values that are `spacing` apart.
+/// Estimates the decay rate of amplitudes per unit of x (negative if they grow), from series of
+/// values that are `spacing` apart.
 ///
 /// `replicas` holds for each replica its series: one for each amplitude, real and imaginary parts
 /// apart. A rate of zero mean noise would be infinite; it is then not a number.
@@ -100,9 +100,9 @@ pub fn decay_rate(replicas: &[Vec<Vec<f64>>], spacing: f64) -> Result<Estimate, 
     })
 }
 
-/// Self-diffusion coefficient `(<R²(t_2)> - <R²(t_1)>)/(2 D (t_2 - t_1))` in the plane (D = 2),
-/// over replicas; each gives the mean squared displacement \[length²\] at both times. None without
-/// replicas.
+/// Computes the self-diffusion coefficient `(<R²(t_2)> - <R²(t_1)>)/(2 D (t_2 - t_1))` in the plane
+/// (D = 2) over replicas. Each replica gives the mean squared displacement \[length²\] at both
+/// times. `None` without replicas.
 ///
 /// Both times must be long after the velocities of the start are forgotten: the displacement then
 /// grows by a line.
@@ -114,8 +114,8 @@ pub fn diffusion(squares: &[[f64; 2]], times: [f64; 2]) -> Option<Estimate> {
     Estimate::over_replicas(&slopes)
 }
 
-/// Fourth cumulant a2 of particles in the plane, `<v⁴>/(2 <v²>²) - 1`, without the bias of a finite
-/// number of them whose momentum is zero: `(1 + a2) N/(N - 1) - 1`.
+/// Computes the fourth cumulant a2 of particles in the plane, `<v⁴>/(2 <v²>²) - 1`, without the
+/// bias of a finite number of particles with zero momentum: `(1 + a2) N/(N - 1) - 1`.
 ///
 /// N velocities of fixed energy and momentum lie on a sphere of n = 2 (N - 1) dimensions, where
 /// `<v⁴>/(2 <v²>²)` of a Maxwellian is n/(n + 2) = (N - 1)/N. Both `<v⁴>` and `<v²>` are means over
@@ -146,10 +146,10 @@ mod tests {
         StandardNormal.sample(stream)
     }
 
-    /// Amplitudes that grow or decay, set from outside or thermal, with known rate and noise, have
-    /// their rate within 4.4 standard errors (false alarm 1e-5 each). These are small enough to see
-    /// 7 %. Over repeated experiments the scatter is the jackknife's error within a quarter (4.4
-    /// standard errors of 160 variances).
+    /// Tests that amplitudes that grow or decay, set from outside or thermal, have their known rate
+    /// within 4.4 standard errors (false alarm 1e-5 each). These are small enough to see 7 %. Over
+    /// repeated experiments the scatter is the jackknife's error within a quarter (4.4 standard
+    /// errors of 160 variances).
     #[test]
     fn known_rates_are_found() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(2);
@@ -202,8 +202,8 @@ mod tests {
         assert!(diffusion(&[], [1.0, 2.0]).is_none());
     }
 
-    /// Maxwellian samples with their mean taken out: 40 000 of 12 particles; 4.4 standard errors,
-    /// small enough to see a tenth of the correction 1/N.
+    /// Tests that Maxwellian samples without mean velocity have no cumulant: 40 000 of 12
+    /// particles; 4.4 standard errors, small enough to see a tenth of the correction 1/N.
     #[test]
     fn few_maxwellian_particles_have_no_cumulant() {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(5);

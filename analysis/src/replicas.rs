@@ -1,4 +1,5 @@
-//! Tests over independent replicas: uncertainty with few of them, and the number needed.
+//! Statistical tests over independent replicas (Student, Hotelling, jackknife), and the number of
+//! replicas that an effect needs.
 //!
 //! Collisions of one gas are correlated: a cluster, or a shear wave, changes the impact parameters
 //! of all its collisions. So counts are never judged as if they were independent events; each
@@ -18,9 +19,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal, St
 
 use crate::statistics::Estimate;
 
-/// Pseudo-values of the jackknife, `R θ - (R - 1) θ₍₋ᵢ₎`: one number for each replica, of which
-/// mean and standard error are those of a function θ of the sum of their terms. `add` adds a term
-/// to a sum, and `of` is θ.
+/// Computes the pseudo-values of the jackknife, `R θ - (R - 1) θ₍₋ᵢ₎`, of a function θ of sums: one
+/// for each replica. Their mean and standard error are those of θ. `add` adds a term to a sum, and
+/// `of` is θ.
 ///
 /// The mean is free of the bias of order 1/R that a ratio of means has, which a mean of ratios has
 /// in full: J. W. Tukey, *Annals of Mathematical Statistics* **29**, 614 (1958). One replica has
@@ -74,7 +75,7 @@ pub fn pseudo_values<T: Clone>(
     terms.iter().map(one).collect()
 }
 
-/// Pseudo-values of a function of sums, `sums` of each replica.
+/// Computes jackknife pseudo-values of the function `of` of N sums, given the sums of each replica.
 pub fn of_sums<const N: usize>(sums: &[[f64; N]], of: impl Fn([f64; N]) -> f64) -> Vec<f64> {
     pseudo_values(sums, add_terms, |sums| of(*sums))
 }
@@ -86,8 +87,8 @@ pub(crate) fn add_terms<const N: usize>(sums: &mut [f64; N], terms: &[f64; N]) {
     }
 }
 
-/// Jackknife estimate of the ratio of the means of paired values, with its error; `None` without
-/// pairs.
+/// Computes the jackknife estimate of the ratio of the means of paired values, with its standard
+/// error; `None` without pairs.
 ///
 /// ```
 /// use stosszahl_analysis::replicas::ratio_of_means;
@@ -100,9 +101,9 @@ pub fn ratio_of_means(pairs: &[(f64, f64)]) -> Option<Estimate> {
     Estimate::over_replicas(&of_sums(&sums, |[a, b]| a / b))
 }
 
-/// Number of standard errors within which an estimate lies with the chance `1 - level`: Student's
-/// quantile, on two sides; that of a normal number where the error is known without replicas.
-/// Infinite without degrees of freedom.
+/// Computes the half width of a two-sided confidence interval in standard errors: Student's
+/// quantile, or the normal one without degrees of freedom given. Infinite for zero degrees of
+/// freedom.
 ///
 /// ```
 /// use stosszahl_analysis::replicas::quantile;
@@ -124,21 +125,21 @@ pub fn quantile(level: f64, degrees_of_freedom: Option<usize>) -> f64 {
     .map_or(f64::INFINITY, f64::abs)
 }
 
-/// Outcome of [`hotelling_test`].
+/// Outcome of Hotelling's test of several means, [`hotelling_test`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HotellingTest {
-    /// `T² = R m' S⁻¹ m`, of the mean m and the covariance S over R replicas.
+    /// Hotelling's statistic `T² = R m' S⁻¹ m`, of the mean m and the covariance S over R replicas.
     pub statistic: f64,
-    /// Number of means tested at once.
+    /// Number of means that are tested at once.
     pub numbers: usize,
-    /// Chance of so large a statistic if all means are zero.
+    /// Probability of a statistic at least this large if all means are zero.
     pub p_value: f64,
 }
 
 /// Tests whether the means of several normal numbers, correlated in any way, can all be zero: H.
 /// Hotelling, *Annals of Mathematical Statistics* **2**, 360 (1931), doi:10.1214/aoms/1177732979.
-/// With q numbers, `(R - q)/(q (R - 1)) T²` has the distribution F(q, R - q). `rows` has the
-/// numbers of each replica.
+/// With q numbers and R replicas, `(R - q)/(q (R - 1)) T²` has the distribution F(q, R - q). `rows`
+/// has the numbers of each replica.
 ///
 /// `None` unless there are more replicas than numbers, and their covariance is regular.
 ///
@@ -174,12 +175,12 @@ pub fn hotelling_test(rows: &[Vec<f64>]) -> Option<HotellingTest> {
     })
 }
 
-/// Points of the quadrature over the measured spread.
+/// Number of quadrature points over the sample standard deviation in [`power`].
 const SPREADS: usize = 400;
 
-/// Chance that Student's test at `level` finds a mean that is `effect` standard deviations of one
-/// replica away from the hypothesis: that of the non-central t distribution, `∫ P(|z + effect √R| >
-/// t s) dP(s)` over the spread s that is found.
+/// Computes the power of Student's test: the probability that it finds an effect, given in standard
+/// deviations of one replica. It is that of the non-central t distribution, `∫ P(|z + effect √R| >
+/// t s) dP(s)` over the sample spread s.
 ///
 /// ```
 /// use stosszahl_analysis::replicas::power;
@@ -193,8 +194,8 @@ pub fn power(effect: f64, replicas: usize, level: f64) -> f64 {
     power_within(&limits(replicas, level), effect, replicas)
 }
 
-/// Distances from zero that Student's test at `level` requires of a mean, in true standard errors,
-/// for spreads that are all equally likely.
+/// Computes the thresholds of Student's test on a mean, in true standard errors, at equally
+/// probable sample standard deviations.
 fn limits(replicas: usize, level: f64) -> Vec<f64> {
     let freedom = replicas.saturating_sub(1);
     let Ok(squares) = ChiSquared::new(freedom as f64) else {
@@ -208,7 +209,7 @@ fn limits(replicas: usize, level: f64) -> Vec<f64> {
     (0..SPREADS).map(at).collect()
 }
 
-/// Computes [`power`] from these [`limits`], which cost far more than the rest.
+/// Computes [`power`] from the thresholds of [`limits`], which are the costly part.
 fn power_within(limits: &[f64], effect: f64, replicas: usize) -> f64 {
     let Ok(normal) = Normal::new(0.0, 1.0) else {
         return 0.0;
@@ -218,8 +219,8 @@ fn power_within(limits: &[f64], effect: f64, replicas: usize) -> f64 {
     limits.iter().map(found).sum::<f64>() / SPREADS as f64
 }
 
-/// Smallest effect, in standard deviations of one replica, that [`power`] finds with the chance
-/// `found`; infinite for fewer than two replicas.
+/// Computes the smallest effect, in standard deviations of one replica, that Student's test finds
+/// with probability `found`; infinite for fewer than two replicas.
 pub fn smallest_effect(replicas: usize, level: f64, found: f64) -> f64 {
     if replicas < 2 {
         return f64::INFINITY;
@@ -245,8 +246,8 @@ pub fn smallest_effect(replicas: usize, level: f64, found: f64) -> f64 {
 /// Largest number of replicas that [`replicas_needed`] returns.
 pub const MOST_REPLICAS: usize = 1_000_000;
 
-/// Returns the fewest replicas with which an effect, in standard deviations of one replica, is
-/// found with the chance `found`; at most [`MOST_REPLICAS`].
+/// Returns the fewest replicas with which Student's test finds an effect, given in standard
+/// deviations of one replica, with probability `found`; at most [`MOST_REPLICAS`].
 ///
 /// ```
 /// use stosszahl_analysis::replicas::{power, replicas_needed};
@@ -282,10 +283,11 @@ pub fn replicas_needed(effect: f64, level: f64, found: f64) -> usize {
     high
 }
 
-/// Means of the first `orders` polynomials of the number of the bin, orthonormal where the bins
-/// have the chances `chances`. All are zero if counts follow the chances; of n independent events
-/// each has the variance 1/n. The first is the trend, the second the curvature and so on:
-/// Legendre's for equal chances (J. Neyman, *Skandinavisk Aktuarietidskrift* **20**, 149 (1937)).
+/// Computes components of Neyman's smooth test: means of polynomials of the bin number, orthonormal
+/// for the bin probabilities `chances`. All are zero on average if counts follow the probabilities;
+/// for n independent events each has the variance 1/n. The first is the trend, the second the
+/// curvature and so on: Legendre's for equal probabilities (J. Neyman, *Skandinavisk
+/// Aktuarietidskrift* **20**, 149 (1937)).
 pub fn shape(counts: &[u64], chances: &[f64], orders: usize) -> Vec<f64> {
     let bins = chances.len();
     let total = counts.iter().sum::<u64>().max(1) as f64;

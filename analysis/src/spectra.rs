@@ -38,34 +38,34 @@ use crate::structure_factor::half_plane;
 pub struct Shells {
     lengths: [f64; 2],
     modes: Modes,
-    /// Number of modes up to the end of each shell; modes are in the order of shells.
+    /// Number of modes up to the end of each shell; modes are sorted by shell.
     ends: Vec<usize>,
 }
 
-/// Spectra of one shell, means over its modes.
+/// Spectra of density, flow and temperature in one shell of wave numbers: means over its modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// Spectrum of the density, `S_nn = <|rho|²>/N`.
     pub density: f64,
-    /// Spectrum of the flow perpendicular to k (shear), `S_perp`.
+    /// Spectrum of the flow perpendicular to k (shear), `S_perp = <|p_perp|²>/(N m T)`.
     pub transverse: f64,
-    /// Spectrum of the flow along k (sound), `S_par`.
+    /// Spectrum of the flow along k (sound), `S_par = <|p_par|²>/(N m T)`.
     pub longitudinal: f64,
-    /// Spectrum of the temperature, `S_TT`.
+    /// Spectrum of the temperature, `S_TT = <|theta|²>/(N T²)`.
     pub temperature: f64,
 }
 
-/// Spectra of one configuration: by shell, and the shear amplitude of each mode.
+/// Spectra of one configuration of the gas, by shell, and the shear amplitude of each mode.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectra {
-    /// Spectra by shell.
+    /// Spectra of each shell, in the order of the shells.
     pub shells: Vec<Spectrum>,
     /// Shear amplitude of each mode, `p_perp/sqrt(N m T)` as real and imaginary part: its square is
     /// `S_perp` of the mode. Empty in a gas at rest.
     pub shear: Vec<[f64; 2]>,
 }
 
-/// Data of one disk that spectra depend on.
+/// Disk as seen by the spectra: position, velocity and mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectrumDisk {
     /// Position of the centre \[length\].
@@ -77,9 +77,9 @@ pub struct SpectrumDisk {
 }
 
 impl Shells {
-    /// Creates the shells of given numbers, in rising order; one mode of each pair ±k, and at most
-    /// `most` of a shell: at equal steps in the order of their indices if there are more. Shells
-    /// without modes are left out.
+    /// Creates shells with the given numbers, in rising order, from one mode of each pair ±k. A
+    /// shell has `most` modes at most: of more, modes at equal steps in the order of their indices
+    /// are taken. Shells without modes are left out.
     ///
     /// # Errors
     /// [`Error::LengthInvalid`]; [`Error::WaveNumberInvalid`] for the shell 0 and without shells;
@@ -128,21 +128,21 @@ impl Shells {
         &self.modes
     }
 
-    /// Returns the modes of each shell, as index ranges of [`Self::modes`].
+    /// Returns the modes of each shell, as index ranges into [`Self::modes`].
     pub fn ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let starts = std::iter::once(&0).chain(&self.ends);
         starts.zip(&self.ends).map(|(&start, &end)| start..end)
     }
 
-    /// Mean wave number |k| `L_x`/2π of each shell.
+    /// Computes the mean wave number |k| `L_x`/2π of each shell.
     pub fn wave_numbers(&self) -> Vec<f64> {
         let unit = self.lengths[0] / std::f64::consts::TAU;
         let all: Vec<f64> = self.modes.wave_numbers().map(|k| k * unit).collect();
         self.ranges().map(|range| mean(&all[range])).collect()
     }
 
-    /// Measures the spectra of density and velocity of one configuration of disks; the velocity
-    /// spectra are zero if all disks are at rest.
+    /// Measures the spectra of density, flow and temperature of one configuration of disks. Flow
+    /// and temperature spectra are zero if all disks are at rest.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -159,8 +159,8 @@ impl Shells {
         })
     }
 
-    /// Measures the spectra of density and velocity of one configuration of a gas; the velocity
-    /// spectra are zero in a gas at rest.
+    /// Measures the spectra of density, flow and temperature of a gas by a reduction over its
+    /// particles. Flow and temperature spectra are zero in a gas at rest.
     ///
     /// # Errors
     /// [`Error::PointsTooFew`], [`Error::PositionInvalid`].
@@ -225,7 +225,7 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 impl SpectrumDisk {
-    /// Creates a disk of mass one.
+    /// Creates a disk of mass one at a position with a velocity, for tests.
     pub fn unit(position: [f64; 2], velocity: [f64; 2]) -> Self {
         let [x, y] = position;
         Self {
@@ -250,7 +250,8 @@ mod tests {
 
     const LENGTHS: [f64; 2] = [20.0, 13.0];
 
-    /// Independent positions, and velocities of a Maxwellian at the temperature 1 in a wind.
+    /// Creates disks at independent positions, with Maxwellian velocities at the temperature 1 in a
+    /// wind, for tests.
     fn gas(count: usize, masses: &[f64], seed: u64) -> Vec<SpectrumDisk> {
         let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
         let one = |number: usize| {
@@ -266,8 +267,8 @@ mod tests {
         (0..count).map(one).collect()
     }
 
-    /// Spectra are the sums of sines of whole phases, mode by mode. Powers of phases round to some
-    /// 1e-15 each, of 150 points.
+    /// Tests the spectra against plain sums of sines of whole phases, mode by mode. Powers of
+    /// phases round to some 1e-15 each, of 150 points.
     #[test]
     fn spectra_are_the_plain_sums() {
         let disks = gas(150, &[1.0, 2.5], 1);
@@ -343,9 +344,9 @@ mod tests {
         }
     }
 
-    /// Independent positions and velocities have spectra of one at every k, within z = 4.9 standard
-    /// errors (false alarm 1e-6 each), which see 2 %. Fixing momentum and energy at those of the
-    /// configuration subtracts 1/N = 0.5 % and adds as much.
+    /// Tests that independent positions and velocities have spectra of one at every k, within z =
+    /// 4.9 standard errors (false alarm 1e-6 each), which see 2 %. Fixing momentum and energy at
+    /// those of the configuration subtracts 1/N = 0.5 % and adds as much.
     #[test]
     fn thermal_noise_has_spectra_of_one() {
         let shells = Shells::new(LENGTHS, &[1, 2, 3, 4, 5], 30).unwrap();

@@ -1,4 +1,5 @@
-//! Estimates with standard errors, and tests of hypotheses with p values.
+//! Estimates with standard errors, and statistical tests with p values: Student's, chi-squared,
+//! Holm's.
 //!
 //! Replicas of a run differ only in their seed, so their results are independent and identically
 //! distributed: the mean over replicas and its standard error need no model of correlations in
@@ -16,7 +17,7 @@ use statrs::function::erf::erfc_inv;
 
 use crate::Error;
 
-/// Largest magnitude of a normal-equivalent z (standard deviations).
+/// Largest magnitude of a standard score z that stands for a p value.
 ///
 /// The smallest positive double, 4.9 · 10⁻³²⁴, is the two-sided p value of z = 38.47; a p value
 /// that underflows to 0 is reported with this z.
@@ -34,7 +35,7 @@ pub const SMALLEST_EXPECTED_COUNT: f64 = 5.0;
 /// counts.
 const TOTALS_TOLERANCE: f64 = 1e-6;
 
-/// Mean and variance of a stream of numbers, one number at a time.
+/// Running mean and variance of a stream of numbers.
 ///
 /// The update of B. P. Welford, *Technometrics* **4**, 419 (1962),
 /// doi:10.1080/00401706.1962.10490022. Unlike the difference of mean square and squared mean, it
@@ -56,7 +57,7 @@ pub struct RunningMoments {
 }
 
 impl RunningMoments {
-    /// Adds one number to the mean and the variance.
+    /// Adds one number to the running mean and variance.
     pub fn add(&mut self, value: f64) {
         self.count += 1;
         let before = value - self.mean;
@@ -64,22 +65,22 @@ impl RunningMoments {
         self.squares += before * (value - self.mean);
     }
 
-    /// Returns the number of values added.
+    /// Returns the number of values added so far.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Mean of the numbers; `None` without numbers.
+    /// Returns the mean of the numbers; `None` without numbers.
     pub fn mean(&self) -> Option<f64> {
         (self.count > 0).then_some(self.mean)
     }
 
-    /// Unbiased variance, Σ (x - mean)² / (n - 1); `None` for fewer than two numbers.
+    /// Returns the unbiased variance, Σ (x - mean)² / (n - 1); `None` for fewer than two numbers.
     pub fn variance(&self) -> Option<f64> {
         (self.count > 1).then(|| self.squares / (self.count - 1) as f64)
     }
 
-    /// Standard error of the mean, s / √n; `None` for fewer than two numbers.
+    /// Returns the standard error of the mean, s / √n; `None` for fewer than two numbers.
     pub fn standard_error(&self) -> Option<f64> {
         self.variance()
             .map(|variance| (variance / self.count as f64).sqrt())
@@ -96,21 +97,20 @@ impl FromIterator<f64> for RunningMoments {
     }
 }
 
-/// Measured number with its standard error.
+/// Measured mean over independent replicas, with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Mean over the replicas (unit of the measurement).
+    /// Mean over the replicas, in the unit of the measurement.
     pub value: f64,
-    /// Standard error of the mean, s / √R (unit of the measurement); one replica has no error of
-    /// its own.
+    /// Standard error of the mean, s / √R, in the unit of the measurement; `None` for one replica.
     pub standard_error: Option<f64>,
     /// Number of independent replicas R.
     pub replicas: usize,
 }
 
 impl Estimate {
-    /// Mean over independent replicas, with the standard error s / √R of the mean, where s² = Σ
-    /// (x - mean)² / (R - 1). No replicas give no estimate; a value that is not finite makes the
+    /// Computes the mean over independent replicas and its standard error s / √R, where s² = Σ (x -
+    /// mean)² / (R - 1). No replicas give no estimate; a value that is not finite makes the
     /// estimate not finite.
     ///
     /// ```
@@ -131,18 +131,18 @@ impl Estimate {
     }
 }
 
-/// Outcome of [`student_t_test`].
+/// Outcome of Student's test of one mean, [`student_t_test`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TTest {
-    /// t = (mean - hypothesis) / (s / √n); infinite when the values agree with each other but not
-    /// with the hypothesis.
+    /// Test statistic t = (mean - hypothesis) / (s / √n); infinite if all values are equal, but not
+    /// to the hypothesis.
     pub statistic: f64,
-    /// Degrees of freedom, n - 1.
+    /// Degrees of freedom of the test: n - 1.
     pub degrees_of_freedom: usize,
     /// Probability of a statistic at least this far from 0, on either side, under the hypothesis.
     pub p_value: f64,
-    /// Signed number of standard deviations of a normal variable with the same two-sided p value,
-    /// at most [`LARGEST_NORMAL_Z`] in magnitude. Positive when the mean lies above the hypothesis.
+    /// Standard score of a normal variable with equal two-sided p value, at most
+    /// [`LARGEST_NORMAL_Z`] in magnitude. Positive if the mean lies above the hypothesis.
     pub normal_z: f64,
 }
 
@@ -199,18 +199,18 @@ fn normal_z(p_value: f64) -> f64 {
     }
 }
 
-/// Outcome of [`chi_squared_test`] and [`uniform_test`].
+/// Outcome of Pearson's chi-squared test, of [`chi_squared_test`] or [`uniform_test`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChiSquaredTest {
-    /// Test statistic Σ (observed - expected)² / expected.
+    /// Chi-squared statistic Σ (observed - expected)² / expected.
     pub statistic: f64,
-    /// Degrees of freedom: bins - 1 - fitted parameters.
+    /// Degrees of freedom of the test: bins - 1 - fitted parameters.
     pub degrees_of_freedom: usize,
     /// Probability of a statistic at least this large under the hypothesis.
     pub p_value: f64,
 }
 
-/// Tests whether counts in bins can come from a distribution that expects given counts: K. Pearson,
+/// Tests by chi-squared whether observed counts in bins agree with expected counts: K. Pearson,
 /// *Philosophical Magazine* **50**, 157 (1900), doi:10.1080/14786440009463897.
 ///
 /// `fitted` is the number of parameters of the distribution that were fitted to the same counts.
@@ -286,8 +286,8 @@ pub fn chi_squared_test(
     })
 }
 
-/// Tests whether counts can come from bins of equal probability: [`chi_squared_test`] against their
-/// mean.
+/// Tests by chi-squared whether counts agree with bins of equal probability: [`chi_squared_test`]
+/// against their mean.
 ///
 /// # Errors
 /// As [`chi_squared_test`].
@@ -297,8 +297,9 @@ pub fn uniform_test(counts: &[u64]) -> Result<ChiSquaredTest, Error> {
     chi_squared_test(&observed, &vec![mean; observed.len()], 0)
 }
 
-/// Returns which of many hypotheses to reject, so that the probability of rejecting any true one is
-/// at most `false_alarm`: S. Holm, *Scandinavian Journal of Statistics* **6**, 65 (1979).
+/// Returns true for each hypothesis that Holm's method rejects, so that any true one is rejected
+/// with probability `false_alarm` at most: S. Holm, *Scandinavian Journal of Statistics* **6**, 65
+/// (1979).
 ///
 /// The p values are taken from the smallest up; the one with i smaller ones before it is rejected
 /// while p ≤ `false_alarm` / (n - i), and the first that is not ends the search. The tests need not
@@ -339,7 +340,7 @@ mod tests {
     use rand_distr::StandardNormal;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Null samples from which a false-alarm rate is measured.
+    /// Number of samples without an effect, from which a false-alarm rate is measured.
     const SAMPLES: usize = 4000;
 
     /// Checks that a false-alarm rate measured on [`SAMPLES`] samples lies within z = 4 binomial
@@ -612,9 +613,9 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(14), failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// Welford's update agrees with the two-pass formula. Rounding: n additions of terms no
-        /// larger than the largest squared deviation, each with relative error below 2^-52, times
-        /// the n of the sum.
+        /// Tests that Welford's update agrees with the two-pass formula. Rounding: n additions of
+        /// terms no larger than the largest squared deviation, each with relative error below
+        /// 2^-52, times the n of the sum.
         #[test]
         fn moments_match_two_passes(values in prop::collection::vec(-1e3_f64..1e3, 2..60)) {
             let moments: RunningMoments = values.iter().copied().collect();
@@ -625,7 +626,7 @@ mod tests {
             prop_assert!((moments.variance().unwrap() - variance).abs() <= 8.0 * n * 4e6 * f64::EPSILON);
         }
 
-        /// Mirrored values give the mirrored test, bit for bit.
+        /// Tests that mirrored values give the mirrored Student's test, bit for bit.
         #[test]
         fn student_is_odd(values in prop::collection::vec(-1e3_f64..1e3, 2..20)) {
             let mirrored: Vec<f64> = values.iter().map(|x| -x).collect();
@@ -636,7 +637,8 @@ mod tests {
             prop_assert!((0.0..=1.0).contains(&test.p_value));
         }
 
-        /// Holm rejects all that Bonferroni rejects, and only p values below the false-alarm rate.
+        /// Tests that Holm's method rejects all that Bonferroni's rejects, and only p values below
+        /// the false-alarm rate.
         #[test]
         fn holm_lies_between_bonferroni_and_none(p_values in prop::collection::vec(0.0_f64..0.1, 0..12)) {
             let n = p_values.len() as f64;

@@ -1,13 +1,13 @@
-//! Detection of the time after which a flow is steady.
+//! Detection of the time after which a flow is steady, by the marginal standard error rule.
 //!
 //! The marginal standard error rule (White, *Simulation* 69, 323 (1997),
 //! doi:10.1177/003754979706900601): the beginning left out is the one after which the standard
 //! error of the mean of the remaining values, taken as if they were independent, is smallest. A
 //! drift makes the sum of squares grow faster than the number that it is divided by.
 
-/// Number of the first values of a series to leave out, at most half; `None` if the series is not
-/// steady. Then it is too short, or best without all values that may be left out, so that the rest
-/// may still drift.
+/// Computes the number of initial values to discard from a series, at most half; `None` if the
+/// series is not steady. Then the series is too short, or the best choice discards as many as
+/// allowed.
 ///
 /// Values are averaged in groups of five, as in the MSER-5 variant (White, Cobb & Spratt 2000),
 /// which keeps a few equal values from looking steady.

@@ -1,5 +1,4 @@
-//! Pressure tensor of a gas: the momentum that particles carry, and the momentum that collisions
-//! carry over the distance of their partners.
+//! Pressure tensor of a gas, from the momentum flux of particles and the virial of collisions.
 //!
 //! ```text
 //! V P_ab = < Σ_i m (v_a - u_a)(v_b - u_b) > + (1/t) Σ_collisions r_a Δp_b
@@ -21,17 +20,18 @@ use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
 use stosszahl_model::{Collision, DynReduction, Observer, Particle, ParticleReduction};
 
-/// Computes the kinetic part of the pressure tensor times the volume, about the mean velocity
+/// Computes the kinetic part of the pressure tensor times the volume, relative to the mean velocity
 /// \[energy\].
 ///
-/// `reduce_particles` adds all particles of a gas, as [`stosszahl_model::Simulation::reduce_particles`] does.
+/// `reduce_particles` adds all particles of a gas, as
+/// [`stosszahl_model::Simulation::reduce_particles`] does.
 pub fn kinetic_stress(reduce_particles: &mut dyn FnMut(&mut dyn DynReduction)) -> Matrix3<f64> {
     let mut sum = KineticStress::default();
     reduce_particles(&mut sum);
     sum.tensor()
 }
 
-/// Sums over the particles of mass, momentum and its flux.
+/// Reduction over particles that sums mass, momentum and momentum flux.
 #[derive(Serialize, Deserialize)]
 pub struct KineticStress {
     totals: Totals,
@@ -46,7 +46,7 @@ impl Default for KineticStress {
 }
 
 impl KineticStress {
-    /// Returns the tensor `Σ w m (v - u)(v - u)` \[energy\]; zero without particles.
+    /// Computes the kinetic stress `Σ w m (v - u)(v - u)` \[energy\]; zero without particles.
     fn tensor(&self) -> Matrix3<f64> {
         let sums = self.totals.values();
         let [mass, x, y, z, xx, yy, zz, xy, xz, yz] = sums[..] else {
@@ -95,26 +95,27 @@ impl ParticleReduction for KineticStress {
 /// Time integrals of the pressure tensor times the volume over one span of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StressIntegrals {
-    /// Kinetic part \[energy x time\].
+    /// Time integral of the kinetic part of the pressure tensor times the volume \[energy x time\].
     pub kinetic: Matrix3<f64>,
-    /// Collisional part: sum over collisions of `r_a Δp_b`, in row a and column b \[energy x
-    /// time\].
+    /// Time integral of the collisional part of the pressure tensor times the volume: sum over
+    /// collisions of `r_a Δp_b`, in row a and column b \[energy x time\].
     pub collisional: Matrix3<f64>,
-    /// Kinetic energy lost to the normal part of contacts, less what they added \[energy\].
+    /// Kinetic energy dissipated by normal restitution, less what contacts added \[energy\].
     pub energy_lost: f64,
-    /// Number of physical collisions.
+    /// Number of physical collisions in the time span.
     pub collisions: f64,
     /// Length of the time span that the integrals cover \[time\].
     pub duration: f64,
 }
 
 impl StressIntegrals {
-    /// Time integral of n T V, the mean of the kinetic diagonal in D dimensions \[energy x time\].
+    /// Computes the time integral of n T V in D dimensions: the mean diagonal element of the
+    /// kinetic part \[energy x time\].
     pub fn thermal(&self, dimension: usize) -> f64 {
         self.kinetic.trace() / dimension as f64
     }
 
-    /// Adds the integrals of two time spans.
+    /// Returns the sum of these integrals and those of another time span.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self {
@@ -127,29 +128,29 @@ impl StressIntegrals {
     }
 }
 
-/// Observer of the pressure tensor of one run in blocks of time.
+/// Observer that integrates the pressure tensor of one run, in blocks of time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StressRecorder {
-    /// Start of the first block \[time\].
+    /// Start of the first time block \[time\].
     start: f64,
-    /// Length of each block \[time\].
+    /// Duration of each time block \[time\].
     length: f64,
-    /// Integrals of the pressure tensor, by time block.
+    /// Time integrals of the pressure tensor, one for each time block.
     blocks: Vec<StressIntegrals>,
-    /// Current kinetic sum \[energy\].
+    /// Current kinetic part of the pressure tensor times the volume \[energy\].
     kinetic: Matrix3<f64>,
-    /// Time up to which the integral of the kinetic sum is added \[time\].
+    /// Time up to which the kinetic part has been integrated \[time\].
     since: f64,
-    /// Shear rate of the flow \[1/time\]; 0 without one.
+    /// Shear rate of a uniform shear flow \[1/time\]; 0 without shear flow.
     shear_rate: f64,
-    /// Shear rate of the flow between partners, which their relative velocity has in it \[1/time\];
-    /// 0 where they are points.
+    /// Shear rate of the flow difference between partners, contained in their relative velocity
+    /// \[1/time\]; 0 if partners collide as points.
     slip_rate: f64,
 }
 
 impl StressRecorder {
-    /// Creates `count` blocks of equal length from `start` to `end` \[time\] for a gas with the
-    /// given kinetic sum at time `now`.
+    /// Creates `count` time blocks of equal duration from `start` to `end` \[time\]. `kinetic` is
+    /// the kinetic stress of the gas at time `now`.
     pub fn new([start, end]: [f64; 2], count: usize, now: f64, kinetic: Matrix3<f64>) -> Self {
         Self {
             start,
@@ -162,9 +163,9 @@ impl StressRecorder {
         }
     }
 
-    /// Returns this recorder for a uniform shear flow of the given rate \[1/time\]; velocities are
-    /// relative to the flow. If `apart` is true, partners are a contact distance apart in the flow,
-    /// so that their relative velocity includes it; otherwise they are points.
+    /// Returns this recorder for a uniform shear flow \[1/time\]; velocities are relative to the
+    /// flow. If `apart`, partners are a contact distance apart in the flow, so that their relative
+    /// velocity includes its difference; otherwise they are points.
     #[must_use]
     pub fn in_flow(self, shear_rate: f64, apart: bool) -> Self {
         let slip_rate = if apart { shear_rate } else { 0.0 };
@@ -175,8 +176,9 @@ impl StressRecorder {
         }
     }
 
-    /// Advances the kinetic sum by a time of flight; returns its integral over that time.
-    fn fly(&mut self, time: f64) -> Matrix3<f64> {
+    /// Advances the kinetic stress by a time of free flight in the shear flow; returns its integral
+    /// over that time.
+    fn fly_freely(&mut self, time: f64) -> Matrix3<f64> {
         if self.shear_rate == 0.0 {
             return self.kinetic * time;
         }
@@ -193,42 +195,42 @@ impl StressRecorder {
         (before - one * (turn / 2.0) + two * (turn * turn / 3.0)) * time
     }
 
-    /// Returns the integrals by block, in order of time.
+    /// Returns the integrals of each time block, in order of time.
     pub fn blocks(&self) -> &[StressIntegrals] {
         &self.blocks
     }
 
-    /// Sets the kinetic sum that was measured at time `now`.
+    /// Sets the kinetic stress \[energy\] to the value measured at time `now`.
     pub fn set_kinetic(&mut self, now: f64, kinetic: Matrix3<f64>) {
         self.advance(now);
         self.kinetic = kinetic;
     }
 
-    /// Scales the kinetic sum at time `now`, where velocities were changed by a factor or by random
-    /// kicks that keep their directions on average.
+    /// Scales the kinetic stress at time `now`, after all velocities were scaled or randomly kicked
+    /// without a preferred direction.
     pub fn scale(&mut self, now: f64, factor: f64) {
         self.advance(now);
         self.kinetic *= factor;
     }
 
-    /// Adds the integral of the kinetic sum up to time `now`.
+    /// Integrates the kinetic stress up to time `now`.
     fn advance(&mut self, now: f64) {
         let mut from = self.since;
         self.since = now;
         if from < self.start {
             let to = now.min(self.start);
-            self.fly(to - from);
+            self.fly_freely(to - from);
             from = to;
         }
         while from < now {
-            let Some(number) = self.block(from) else {
-                self.fly(now - from);
+            let Some(number) = self.block_of(from) else {
+                self.fly_freely(now - from);
                 return;
             };
             let end = self.start + self.length * (number + 1) as f64;
             // A block that rounding has left empty ends at once.
             let to = if end > from { now.min(end) } else { now };
-            let integral = self.fly(to - from);
+            let integral = self.fly_freely(to - from);
             let block = &mut self.blocks[number];
             block.kinetic += integral;
             block.duration += to - from;
@@ -236,8 +238,8 @@ impl StressRecorder {
         }
     }
 
-    /// Returns the number of the block of a time, if the time is in a block.
-    fn block(&self, time: f64) -> Option<usize> {
+    /// Returns the index of the time block that contains a time; `None` outside all blocks.
+    fn block_of(&self, time: f64) -> Option<usize> {
         let number = (time - self.start) / self.length;
         let inside = number >= 0.0 && number < self.blocks.len() as f64;
         inside.then_some(number as usize)
@@ -248,7 +250,7 @@ impl Observer for StressRecorder {
     fn on_collisions(&mut self, batch: &[Collision]) {
         for one in batch {
             self.advance(one.time);
-            if let Some(number) = self.block(one.time) {
+            if let Some(number) = self.block_of(one.time) {
                 let block = &mut self.blocks[number];
                 block.collisional += one.momentum_transfer * one.weight;
                 block.energy_lost += one.energy_lost() * one.weight;

@@ -1,4 +1,5 @@
-//! The structure factor: the strength of density fluctuations by wavelength.
+//! Static structure factor: the strength of density fluctuations by wavelength, by fast Fourier
+//! transform of a density lattice or by direct sum.
 //!
 //! For N points `r_j` that stand for w disks each,
 //!
@@ -66,8 +67,8 @@
 //! | 24/64 | 0.489 | +0.194 | -0.001 ± 0.019 | +0.007 | -0.267 | +0.002 ± 0.007 | +0.001 |
 //! | 31/64 | 0.685 | +0.145 | -0.074 ± 0.029 | -0.089 | -0.475 | -0.064 ± 0.015 | -0.079 |
 //!
-//! A finer lattice (a smaller `diameter` in [`LatticeOptions`]) pushes this to shorter wavelengths at the
-//! price of memory and time. Every correction has two limits:
+//! A finer lattice (a smaller `diameter` in [`LatticeOptions`]) pushes this to shorter wavelengths
+//! at the price of memory and time. Every correction has two limits:
 //!
 //! - It holds for averages. A single mode of one configuration also carries the interference of k
 //!   with k + G, of mean zero and of the relative size of the root of that weight. A corrected
@@ -82,9 +83,9 @@
 //! between a quarter and a half of the full complex transform. Between the two passes the lattice
 //! is transposed in blocks that fit the cache. Points are counted in integers, 2⁴⁴ to a point or as
 //! many as fit into 63 bits with all points, so that the density does not depend on the process
-//! that adds them ([`LatticePoints`]); that moves a share by some 1e-13. A non-uniform transform would
-//! have no aliasing to correct, but needs an oversampled lattice and a wider spreading kernel,
-//! several times the cost, for accuracy that the statistical error hides.
+//! that adds them ([`LatticePoints`]); that moves a share by some 1e-13. A non-uniform transform
+//! would have no aliasing to correct, but needs an oversampled lattice and a wider spreading
+//! kernel, several times the cost, for accuracy that the statistical error hides.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -98,68 +99,69 @@ use stosszahl_model::{InvalidValue, Particle, ParticleReduction};
 use crate::Error;
 use crate::error::{Seen, check_lengths, check_positions};
 
-/// Largest number of sites of the density lattice: 2²⁶ sites are half a gibibyte.
+/// Largest number of sites of the density lattice; 2²⁶ sites take half a gibibyte.
 pub const LARGEST_LATTICE: usize = 1 << 26;
 
-/// Most sites in the shortest wave: with a finer lattice the corrections are below 1e-3, and a wide
-/// box of few disks would take gibibytes.
+/// Largest number of lattice sites per shortest wavelength. With a finer lattice the corrections
+/// are below 1e-3, and a wide box of few disks would need gibibytes.
 const SITES_IN_WAVE: usize = 32;
 
-/// Edge of the blocks of the transpose: 16 complex numbers are four cache lines.
+/// Edge of the blocks in which the lattice is transposed: 16 complex numbers are four cache lines.
 const BLOCK: usize = 16;
 
-/// Assignment of a point to sites of the density lattice.
+/// Scheme that assigns a point to sites of the density lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Assignment {
-    /// Whole point on the nearest site; halfway between, on the one above.
+    /// Nearest grid point: the whole point on the nearest site; halfway between two, on the upper
+    /// one.
     NearestGridPoint,
-    /// Shares on the four sites around the point, in proportion to the area of the opposite
-    /// rectangle.
+    /// Cloud in cell: shares on the four sites around the point, in proportion to the area of the
+    /// opposite rectangle.
     CloudInCell,
 }
 
-/// Options of a [`StructureFactorPlan`].
+/// Options of the structure factor by fast Fourier transform, [`StructureFactorPlan`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatticeOptions {
-    /// Number of the largest shell, |k| `L_x` / 2π.
+    /// Number of the largest wave-number shell, |k| `L_x` / 2π.
     pub largest_wave_number: usize,
-    /// Assignment of points to the lattice.
+    /// Scheme that assigns points to the lattice.
     pub assignment: Assignment,
-    /// True to undo the window and the aliased shot noise. If false, the spectrum is that of the
-    /// points moved to the lattice.
+    /// True to correct for the window of the assignment and for aliased shot noise. If false, the
+    /// spectrum is that of the points moved to the lattice.
     pub correction: bool,
     /// Desired lattice spacing \[length\]: one diameter of the disks, or less for less aliasing.
     pub diameter: f64,
 }
 
-/// One shell of wave numbers.
+/// Structure factor in one shell of wave numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Shell {
-    /// Mean over the modes of |k| `L_x` / 2π; it rounds to the number of the shell.
+    /// Mean of the wave number |k| `L_x` / 2π over the modes; it rounds to the number of the shell.
     pub wave_number: f64,
-    /// Mean over the modes of S(k).
+    /// Mean of S(k) over the modes of the shell.
     pub value: f64,
-    /// Number of modes, one of each pair k and -k: S(-k) = S(k).
+    /// Number of modes in the shell, one of each pair k and -k: S(-k) = S(k).
     pub modes: usize,
 }
 
-/// Structure factor averaged over shells.
+/// Structure factor of one configuration, averaged over shells of wave numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StructureFactor {
-    /// Shells in rising order. The first is shell 1, except in a box so long in y that modes other
-    /// than 0 round to 0; these then form a first shell of their own.
+    /// Shells in rising order of wave number. The first is shell 1, except in a box so long in y
+    /// that modes other than 0 round to 0; these then form a first shell of their own.
     pub shells: Vec<Shell>,
 }
 
-/// One mode and its opposite: reciprocal indices, wave number and shell.
+/// Fourier mode and its opposite: reciprocal indices, wave number and shell.
 pub(crate) struct Mode {
     pub(crate) index: [i32; 2],
     pub(crate) wave_number: f64,
     pub(crate) shell: usize,
 }
 
-/// Returns one of every pair of modes ±n whose wave number rounds to at most `largest`, column by
-/// column in `n_y`.
+/// Returns one of every pair of Fourier modes ±n whose wave number rounds to at most `largest`,
+/// column by column in `n_y`.
 pub(crate) fn half_plane(lengths: [f64; 2], largest: usize) -> impl Iterator<Item = Mode> {
     let aspect = lengths[0] / lengths[1];
     let [width, height] =
@@ -178,8 +180,7 @@ pub(crate) fn half_plane(lengths: [f64; 2], largest: usize) -> impl Iterator<Ite
     })
 }
 
-/// Largest reciprocal index along each axis among the modes whose wave number rounds to at most
-/// `largest`.
+/// Computes the largest reciprocal index along each axis among the modes up to shell `largest`.
 fn largest_indices(lengths: [f64; 2], largest: usize) -> [usize; 2] {
     [
         largest,
@@ -187,7 +188,8 @@ fn largest_indices(lengths: [f64; 2], largest: usize) -> [usize; 2] {
     ]
 }
 
-/// Averages over shells, for modes that come one for each pair ±n.
+/// Averages S(k) over shells; `modes` yields shell, wave number and value of one mode of each pair
+/// ±k.
 fn average(modes: impl Iterator<Item = (usize, f64, f64)>, largest: usize) -> StructureFactor {
     let mut shells = vec![
         Shell {
@@ -211,8 +213,8 @@ fn average(modes: impl Iterator<Item = (usize, f64, f64)>, largest: usize) -> St
     StructureFactor { shells }
 }
 
-/// Position of a mode in the transformed lattice, and the line S = gain · raw + w · offset that
-/// corrects it.
+/// Mode of the plan: its position in the transformed lattice, and gain and offset of the correction
+/// S = gain · raw + w · offset.
 struct PlannedMode {
     position: usize,
     shell: usize,
@@ -221,7 +223,8 @@ struct PlannedMode {
     offset: f64,
 }
 
-/// A structure factor by fast Fourier transform, planned once for a box and measured many times.
+/// Plan for structure factors by fast Fourier transform: made once for a box, used for many
+/// configurations.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -249,18 +252,19 @@ pub struct StructureFactorPlan {
     sites: [usize; 2],
     assignment: Assignment,
     largest: usize,
-    /// Transform along y, of the rows of equal x.
+    /// Fourier transform along y, of the rows of equal x.
     along_y: Arc<dyn Fft<f64>>,
-    /// Transform along x, of the columns of equal `n_y`.
+    /// Fourier transform along x, of the columns of equal `n_y`.
     along_x: Arc<dyn Fft<f64>>,
-    /// Column `n_y` holds all x, for `n_y` = 0 to the largest requested.
+    /// Half-transformed lattice by columns: column `n_y` holds all x, for `n_y` = 0 to the largest
+    /// requested.
     columns: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
     modes: Vec<PlannedMode>,
 }
 
 impl StructureFactorPlan {
-    /// Chooses the lattice and plans the transforms for a box with sides `lengths`.
+    /// Chooses the density lattice and plans the Fourier transforms for a box with sides `lengths`.
     ///
     /// Along each axis the number of sites is the power of two whose spacing is nearest to the
     /// diameter, the finer of two equally near. It is doubled while the largest wave number is not
@@ -283,7 +287,7 @@ impl StructureFactorPlan {
         if largest == 0 {
             return Err(Error::WaveNumberInvalid);
         }
-        let (indices, sites) = shape(lengths, options);
+        let (indices, sites) = lattice_shape(lengths, options);
         if sites[0].saturating_mul(sites[1]) > LARGEST_LATTICE {
             return Err(Error::LatticeTooLarge {
                 sites,
@@ -336,9 +340,10 @@ impl StructureFactorPlan {
         self.sites
     }
 
-    /// Memory of the lattice and of the list of modes in a box with sides `lengths` \[bytes\].
+    /// Estimates the memory of the lattice and of the list of modes in a box with sides `lengths`
+    /// \[bytes\].
     pub fn memory_bytes(lengths: [f64; 2], options: LatticeOptions) -> f64 {
-        let ([rows, columns], sites) = shape(lengths, options);
+        let ([rows, columns], sites) = lattice_shape(lengths, options);
         let [x, y] = sites.map(|sites| sites as f64);
         let lattice = size_of::<Complex<f64>>() as f64 * (0.5 * x * y + (columns + 1) as f64 * x);
         // Modes in half an ellipse.
@@ -346,8 +351,8 @@ impl StructureFactorPlan {
         lattice + size_of::<PlannedMode>() as f64 * modes
     }
 
-    /// Measures the shells of one configuration; `weight` is the number w of physical disks per
-    /// point.
+    /// Measures the structure factor of one configuration by shell; `weight` is the number w of
+    /// physical disks per point.
     ///
     /// Positions are taken modulo the box. The average over shells weighs all modes equally.
     ///
@@ -405,7 +410,7 @@ impl StructureFactorPlan {
         Ok(found)
     }
 
-    /// Creates a lattice without points that can hold up to `points` points.
+    /// Creates an empty density lattice that can hold up to `points` points.
     pub fn lattice_of(&self, points: usize) -> LatticePoints {
         LatticePoints {
             lengths: self.lengths,
@@ -417,7 +422,7 @@ impl StructureFactorPlan {
         }
     }
 
-    /// Measures the shells of the points on a lattice of this plan.
+    /// Computes the structure factor by shell from the points on a lattice of this plan.
     ///
     /// # Errors
     /// As [`Self::measure`].
@@ -441,7 +446,7 @@ impl StructureFactorPlan {
         Ok(average(values, self.largest))
     }
 
-    /// Transforms the density; afterwards `columns` holds the amplitudes.
+    /// Transforms the density lattice; afterwards `columns` holds the amplitudes.
     fn transform(&mut self, lattice: LatticePoints) {
         let [m_x, m_y] = self.sites;
         let columns = &mut self.columns;
@@ -476,29 +481,31 @@ impl StructureFactorPlan {
     }
 }
 
-/// Points on the lattice of a [`StructureFactorPlan`]. Shares are counted in integers, so that the
-/// result does not depend on the order of points, nor on the process that adds them.
+/// Density lattice of a [`StructureFactorPlan`]. Shares are counted in integers, so that the result
+/// does not depend on the order of points, nor on the process that adds them.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LatticePoints {
     lengths: [f64; 2],
     sites: [usize; 2],
     assignment: Assignment,
-    /// Integer that a whole point counts: as large as all points can have on one site.
+    /// Integer that stands for one whole point: as large as possible while all points fit on one
+    /// site.
     point: i64,
     seen: Seen,
-    /// Rows of sites: row r holds x = 2 r and x = 2 r + 1, for all y; empty before the first point.
+    /// Density lattice by pairs of rows: entry r holds x = 2 r and x = 2 r + 1, for all y; empty
+    /// before the first point.
     rows: Vec<[i64; 2]>,
 }
 
-/// Largest binary exponent of the integer that a point counts: shares are then below 2^51, so that
-/// [`MAGIC`] rounds them.
+/// Largest binary exponent of the integer that stands for one point. Shares are then below 2^51, so
+/// that [`MAGIC`] rounds them.
 const FINEST: u32 = 44;
-/// Number that rounds others: a number below 2^51 that is added to it and taken away again has
-/// become the nearest integer, by which the bits differ.
+/// Constant 1.5 · 2^52 for rounding: a number below 2^51, added and subtracted again, becomes the
+/// nearest integer.
 const MAGIC: f64 = 6_755_399_441_055_744.0;
 
 impl LatticePoints {
-    /// Adds a point to the lattice.
+    /// Adds a point to the density lattice.
     pub fn add_point(&mut self, position: Vector2<f64>) {
         let [m_x, m_y] = self.sites;
         self.seen.count += 1;
@@ -564,15 +571,16 @@ impl ParticleReduction for LatticePoints {
     }
 }
 
-/// Largest indices of modes, and number of sites, along x and y.
-fn shape(lengths: [f64; 2], options: LatticeOptions) -> ([usize; 2], [usize; 2]) {
+/// Computes the largest mode indices and the number of lattice sites, along x and y.
+fn lattice_shape(lengths: [f64; 2], options: LatticeOptions) -> ([usize; 2], [usize; 2]) {
     let indices = largest_indices(lengths, options.largest_wave_number);
     let along = |axis| sites(lengths[axis], options.diameter, indices[axis]);
     (indices, [along(0), along(1)])
 }
 
-/// Returns the power of two whose spacing is nearest to the diameter, doubled until it exceeds
-/// twice `largest_index`; no more than [`SITES_IN_WAVE`] for a wave of that index.
+/// Chooses the number of sites along an axis: the power of two with a spacing nearest to the
+/// diameter. It is doubled until it exceeds twice `largest_index`, and limited to [`SITES_IN_WAVE`]
+/// per shortest wavelength.
 fn sites(length: f64, diameter: f64, largest_index: usize) -> usize {
     let needed = largest_index.saturating_mul(2).saturating_add(1);
     let enough = largest_index.saturating_mul(SITES_IN_WAVE).max(needed);
@@ -585,7 +593,8 @@ fn sites(length: f64, diameter: f64, largest_index: usize) -> usize {
     sites
 }
 
-/// Computes the power window W² and the aliased shot noise C of a mode on a lattice.
+/// Computes the power window W² of a point assignment, and its aliased shot noise C, for a mode on
+/// a lattice.
 fn response(assignment: Assignment, index: [i32; 2], sites: [usize; 2]) -> (f64, f64) {
     let mut window = 1.0;
     let mut shot = 1.0;
@@ -608,8 +617,8 @@ fn response(assignment: Assignment, index: [i32; 2], sites: [usize; 2]) -> (f64,
     (window, shot)
 }
 
-/// Computes the structure factor at one k = 2π (`n_x` / `L_x`, `n_y` / `L_y`), by adding up N
-/// phases:
+/// Computes the structure factor of a single mode k = 2π (`n_x` / `L_x`, `n_y` / `L_y`) by direct
+/// sum over N phases:
 ///
 /// ```text
 /// S(k) = |Σ_j exp(-i k · r_j)|² / N
@@ -639,8 +648,8 @@ pub fn direct_sum(positions: &[Vector2<f64>], lengths: [f64; 2], n_x: i32, n_y: 
     amplitude.norm_sqr() / positions.len() as f64
 }
 
-/// Measures the shells of [`StructureFactorPlan::measure`] by direct sum, N operations for each
-/// mode.
+/// Computes the shells of [`StructureFactorPlan::measure`] by direct sums, with N operations for
+/// each mode.
 ///
 /// # Errors
 /// As for the plan and its measurement: [`Error::LengthInvalid`], [`Error::WaveNumberInvalid`],
@@ -665,8 +674,8 @@ pub fn direct_shells(
     Ok(average(values, largest_wave_number))
 }
 
-/// Computes S at given reciprocal-lattice indices n, by [`direct_sum`]: N for all the reciprocal
-/// vectors of a perfect crystal, about 1 once it has melted.
+/// Computes the structure factor at given reciprocal indices by [`direct_sum`]: N for the
+/// reciprocal vectors of a perfect crystal, about 1 once it has melted.
 pub fn bragg_peaks(
     positions: &[Vector2<f64>],
     lengths: [f64; 2],

@@ -1,4 +1,5 @@
-//! Standard errors of averages over time and over replicas, from blocks of growing length.
+//! Standard errors of time averages over correlated samples, by joining blocks until the error no
+//! longer grows, and by replicas.
 //!
 //! Values at neighbouring times are correlated, so short blocks of time give errors that are too
 //! small. Blocks are joined two by two until the error no longer grows: they are then longer than
@@ -10,33 +11,32 @@ use std::ops::Range;
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// Fewest joined blocks of all replicas together.
+/// Smallest number of joined blocks, in all replicas together, from which an error is computed.
 const FEWEST: usize = 4;
-/// Number of blocks, in all replicas together, that give a standard error so accurately that the
-/// largest of such errors for several block lengths is hardly too large.
+/// Number of joined blocks, in all replicas together, that give a reliable standard error. The
+/// largest of such errors over several block lengths is then hardly too large.
 const MANY: usize = 16;
-/// Chance that uncorrelated blocks seem to be correlated, for each length of longer blocks.
+/// Probability that uncorrelated blocks seem correlated, for each block length tested.
 const FALSE_ALARM: f64 = 0.05;
-/// Chance of seeming growth for a step from one length to a longer one, once blocks are known to be
+/// Error probability of the test for further growth of the error, once blocks are known to be
 /// correlated.
 const DOUBT: f64 = 0.3;
 
 /// Standard errors of time averages of N quantities at several points or bins.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimeErrors<const N: usize> {
-    /// Standard errors by point or bin; NaN if fewer than two blocks have a value.
+    /// Standard errors of the averages by point or bin; NaN if fewer than two blocks have a value.
     pub standard_errors: Vec<[f64; N]>,
-    /// Independent parts of the runs that the errors of a quantity come from: blocks that are
-    /// longer than the correlation time, or replicas where none are. Intervals are Student's with
-    /// one degree of freedom less.
+    /// Number of independent parts behind the errors of each quantity: blocks longer than the
+    /// correlation time, or else replicas. Student's intervals have one degree of freedom less.
     pub parts: [usize; N],
 }
 
 impl<const N: usize> TimeErrors<N> {
-    /// Computes the errors of averages over `replicas` replicas, each of `blocks` blocks of equal
-    /// time. `averages` are the averages over all of it, by point or bin. `part` returns the values
-    /// at a point in some blocks of a replica: `None`, or NaN for a quantity, where nothing is
-    /// known.
+    /// Computes the standard errors of averages over `replicas` replicas, each of `blocks` blocks
+    /// of equal time. `averages` are the averages over all of them, by point or bin. `part` returns
+    /// the values at a point in some blocks of a replica: `None`, or NaN for a quantity, if
+    /// unknown.
     ///
     /// The error at a point is the largest of the errors over at least 16 blocks, over the blocks
     /// that are long enough for the quantity at all points together, and over replicas.
@@ -53,7 +53,7 @@ impl<const N: usize> TimeErrors<N> {
         averages: &[[f64; N]],
         part: impl Fn(usize, usize, Range<usize>) -> Option<[f64; N]>,
     ) -> Self {
-        let levels: Vec<Level<N>> = divisions(replicas, blocks)
+        let levels: Vec<Level<N>> = block_divisions(replicas, blocks)
             .into_iter()
             .map(|each| {
                 let joined = |index: usize| index * blocks / each..(index + 1) * blocks / each;
@@ -94,17 +94,16 @@ impl<const N: usize> TimeErrors<N> {
     }
 }
 
-/// Errors over blocks of one length.
+/// Errors of time averages from blocks of one length.
 struct Level<const N: usize> {
-    /// Number of joined blocks of all replicas together.
+    /// Number of blocks of this length, in all replicas together.
     parts: usize,
-    /// Squares of the standard errors by point or bin.
+    /// Squared standard errors by point or bin.
     squares: Vec<[f64; N]>,
 }
 
-/// Returns the numbers of joined blocks into which a replica is divided, from all its blocks down
-/// to one.
-fn divisions(replicas: usize, blocks: usize) -> Vec<usize> {
+/// Returns the block counts per replica that are tried, from all its blocks down to one.
+fn block_divisions(replicas: usize, blocks: usize) -> Vec<usize> {
     let mut divisions = Vec::new();
     let mut each = blocks;
     while each > 1 && (divisions.is_empty() || replicas * each >= FEWEST) {
@@ -115,7 +114,8 @@ fn divisions(replicas: usize, blocks: usize) -> Vec<usize> {
     divisions
 }
 
-/// Computes the squares of the standard errors of averages from the values of parts.
+/// Computes the squared standard errors of averages from the values of the parts that were
+/// averaged.
 fn squared_errors<const N: usize>(
     parts: impl Iterator<Item = [f64; N]>,
     averages: &[f64; N],
@@ -135,7 +135,7 @@ fn squared_errors<const N: usize>(
     })
 }
 
-/// Returns the index of the shortest blocks after which the error of a quantity does not grow, by
+/// Returns the index of the shortest blocks beyond which the error of a quantity does not grow, by
 /// Fisher's test of the quotient of its squares, averaged over all points. These are the shortest
 /// blocks if no longer ones show a correlation, otherwise the first after which no growth is
 /// likely.
@@ -289,8 +289,8 @@ mod tests {
             |_, _, blocks: Range<usize>| Some([if blocks.start == 0 { f64::NAN } else { 1.0 }]);
         let found = TimeErrors::new([1, 8], &[[1.0]], gap);
         assert_eq!(found.standard_errors[0][0], 0.0);
-        assert_eq!(divisions(2, 40), [40, 20, 10, 5, 2, 1]);
-        assert_eq!(divisions(1, 40), [40, 20, 10, 5]);
-        assert_eq!(divisions(3, 1), [1]);
+        assert_eq!(block_divisions(2, 40), [40, 20, 10, 5, 2, 1]);
+        assert_eq!(block_divisions(1, 40), [40, 20, 10, 5]);
+        assert_eq!(block_divisions(3, 1), [1]);
     }
 }

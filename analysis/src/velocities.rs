@@ -1,5 +1,5 @@
-//! The distribution of velocities over the thermal speed: histograms that reach into the tails, and
-//! their cumulants.
+//! Velocity distributions, scaled by the thermal speed: histograms that reach into the tails, and
+//! the cumulants a2 and a3.
 //!
 //! Velocities are taken relative to the mean flow u and over the thermal speed of their particle,
 //! `c = (v - u) sqrt(m/(2 T))` with `T = <m (v - u)²>/D` of the moment, so that a Maxwellian is
@@ -31,35 +31,34 @@ use stosszahl_model::{Grouping, Particle, ParticleReduction};
 
 use crate::flow::{AddUp, SpeciesFlow, flows, thermal};
 
-/// Quantity counted in a histogram of velocities.
+/// Quantity whose distribution a velocity histogram shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum VelocityQuantity {
-    /// Each component, of either sign.
+    /// Single velocity components, with their sign.
     Component,
-    /// Magnitude of the velocity.
+    /// Speed: the magnitude of the velocity.
     Speed,
 }
 
-/// Equal bins of velocities over the thermal speed.
+/// Bins of a velocity histogram: equal widths in units of the thermal speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
-    /// Quantity counted in the bins.
+    /// Quantity that the histogram counts.
     pub quantity: VelocityQuantity,
-    /// Dimension: 2 or 3.
+    /// Dimension of space: 2 or 3.
     pub dimension: usize,
-    /// Number of bins of equal width.
+    /// Number of velocity bins of equal width.
     pub number: usize,
-    /// Largest magnitude, over the thermal speed.
+    /// Largest magnitude that the bins cover, over the thermal speed.
     pub range: f64,
 }
 
-/// Velocity distribution at one time.
+/// Velocity distribution of a species at one time: histogram and cumulants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VelocityHistogram {
-    /// Probability density in each bin; the integral over the bins and the share beyond them add up
-    /// to one.
+    /// Probability density in each bin. The integral over the bins and `beyond` add up to one.
     pub density: Vec<f64>,
-    /// Share of the velocities beyond the bins.
+    /// Share of the velocities that lie outside the bins.
     pub beyond: f64,
     /// Fourth cumulant a2 of the velocities; 0 for a Maxwellian.
     pub fourth_cumulant: f64,
@@ -68,7 +67,7 @@ pub struct VelocityHistogram {
 }
 
 impl Bins {
-    /// Lower edge of the first bin, over the thermal speed.
+    /// Returns the lower edge of the first bin, over the thermal speed.
     fn low(&self) -> f64 {
         match self.quantity {
             VelocityQuantity::Component => -self.range,
@@ -76,18 +75,18 @@ impl Bins {
         }
     }
 
-    /// Width of a bin, over the thermal speed.
+    /// Returns the width of a bin, over the thermal speed.
     pub fn width(&self) -> f64 {
         (self.range - self.low()) / self.number as f64
     }
 
-    /// Edges of a bin, over the thermal speed.
+    /// Returns lower and upper edge of a bin, over the thermal speed.
     pub fn edges(&self, bin: usize) -> [f64; 2] {
         [bin, bin + 1].map(|edge| self.low() + edge as f64 * self.width())
     }
 
-    /// Mean density in a bin of a Maxwellian with the Sonine correction of a fourth cumulant, by
-    /// Simpson's rule in 16 steps.
+    /// Computes the mean probability density in a bin of a Maxwellian with the Sonine correction of
+    /// a fourth cumulant, by Simpson's rule in 16 steps.
     ///
     /// ```
     /// use stosszahl_analysis::velocities::{Bins, VelocityQuantity};
@@ -113,7 +112,7 @@ impl Bins {
         sum / (3 * STEPS) as f64
     }
 
-    /// Density of a Maxwellian with its Sonine correction.
+    /// Computes the probability density at c of a Maxwellian with the Sonine correction of a2.
     fn density(&self, c: f64, a2: f64) -> f64 {
         let square = c * c;
         let (d, shell) = match self.quantity {
@@ -125,8 +124,8 @@ impl Bins {
         shell * (-square).exp() * (1.0 + a2 * sonine)
     }
 
-    /// Measures the distribution of each species of a gas; `None` for fewer than two particles, or
-    /// at rest.
+    /// Measures the velocity distribution of each species of a gas; `None` for species of fewer
+    /// than two particles, or at rest.
     pub fn measure(
         &self,
         grouping: Grouping,
@@ -177,12 +176,13 @@ impl Bins {
     }
 }
 
-/// Weights by bin and beyond, and sums of the fourth and sixth powers, by species.
+/// Reduction over particles that sums, by species, the weights in each bin and beyond, and the
+/// fourth and sixth powers of velocities.
 #[derive(Serialize, Deserialize)]
 pub struct VelocityCounts {
     bins: Bins,
     grouping: Grouping,
-    /// Flow, temperature and degrees of freedom by species; `None` for species that are not
+    /// Flow, temperature and degrees of freedom of each species; `None` for species that are not
     /// counted.
     species: Vec<Option<(SpeciesFlow, f64, f64)>>,
     totals: Totals,
@@ -253,7 +253,7 @@ mod tests {
         }
     }
 
-    /// Measures the distribution of particles of one species, added in groups.
+    /// Measures the velocity distribution of particles of one species, added in groups, for tests.
     fn measure(bins: Bins, particles: &[Particle]) -> Option<VelocityHistogram> {
         let mut reduce = |sum: &mut dyn DynReduction| {
             for (group, some) in particles.chunks(1000).enumerate() {
@@ -288,9 +288,9 @@ mod tests {
         (0..count).map(one).collect()
     }
 
-    /// Moments of the densities: one, D/2 (1/2 of a component), and the fourth with 1 + a2. Bins
-    /// are narrow; the mean of c^k over a bin differs from that at its middle by second
-    /// differences, some 1e-3.
+    /// Tests the moments of the Sonine densities: one, D/2 (1/2 of a component), and the fourth
+    /// with 1 + a2. Bins are narrow; the mean of c^k over a bin differs from that at its middle by
+    /// second differences, some 1e-3.
     #[test]
     fn densities_have_their_moments() {
         for (quantity, dimension, d) in [
@@ -318,9 +318,9 @@ mod tests {
         }
     }
 
-    /// A few particles of two masses in a wind, many times: both cumulants are zero without the
-    /// bias of few. Within z = 4.4 standard errors (false alarm 1e-5 each); without the factors the
-    /// first is off by 2/n, ten of them.
+    /// Tests that both cumulants are zero for a few particles of two masses in a wind, many times.
+    /// Within z = 4.4 standard errors (false alarm 1e-5 each); without the factors the first is off
+    /// by 2/n, ten of them.
     #[test]
     fn cumulants_of_a_maxwellian_are_zero() {
         for dimension in [2, 3] {
@@ -345,8 +345,9 @@ mod tests {
         9.0 * dimension as f64
     }
 
-    /// Bin by bin: counts of a Maxwellian against its density, the largest of 64 deviations within
-    /// z = 5.2 (false alarm 1e-5 in all); the tail is empty where less than one is expected.
+    /// Tests, bin by bin, the counts of a Maxwellian against its density: the largest of 64
+    /// deviations is within z = 5.2 (false alarm 1e-5 in all); the tail is empty where less than
+    /// one is expected.
     #[test]
     fn histograms_of_a_maxwellian_are_its_density() {
         let count = 40_000;

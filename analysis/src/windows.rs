@@ -1,4 +1,4 @@
-//! Collisions in windows of time: impact parameters, and the four factors of the dissipation
+//! Collision statistics in time windows: impact parameters, and the four factors of the dissipation
 //! identity.
 //!
 //! In a gas of equal disks with constant restitution the cooling rate is
@@ -33,24 +33,24 @@ use crate::replicas::pseudo_values;
 
 pub use pairs::{PairBins, PairKind};
 
-/// Sums over the collisions in one window of time.
+/// Sums over the collisions in one time window, for impact parameters and the dissipation identity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CollisionWindow {
-    /// Dimension: 2 or 3.
+    /// Dimension of space: 2 or 3.
     pub dimension: usize,
-    /// Start of the window \[time\].
+    /// Start of the time window \[time\].
     pub start: f64,
-    /// End of the window \[time\], not included.
+    /// End of the time window \[time\], not included.
     pub end: f64,
-    /// Number of collisions by |b|/d, in bins of equal width from 0 to 1.
+    /// Histogram of collisions by |b|/d, in bins of equal width from 0 to 1.
     pub bins: Vec<u64>,
-    /// Number of pair collisions seen; of simulators where simulators collide.
+    /// Number of pair collisions observed; collisions of simulators in Monte Carlo.
     pub collisions: u64,
-    /// Number of physical collisions: sum of their weights.
+    /// Number of physical collisions: sum of the weights of colliding simulators.
     pub physical_collisions: f64,
     /// Sum over collisions of |b|/d, the impact parameter over the contact distance.
     pub impact: f64,
-    /// Sum over collisions of (b/d)^2.
+    /// Sum over collisions of the squared impact parameter (b/d)^2, over the contact distance.
     pub impact_square: f64,
     /// Sum over collisions of (b/d)^4 of spheres; 0 for disks, which do not need it.
     pub impact_fourth: f64,
@@ -58,18 +58,20 @@ pub struct CollisionWindow {
     pub square: f64,
     /// Sum over collisions of m (g.k)^2/T, with the normal relative speed g.k.
     pub normal_square: f64,
-    /// Integral of sqrt(T/m) over the part of the window that has passed \[length\].
+    /// Integral over time of the thermal speed sqrt(T/m), over the part of the window that has
+    /// passed \[length\].
     pub root_temperature: f64,
 }
 
 impl CollisionWindow {
-    /// Mean of |b|/d: 1/2 for disks and 2/3 for spheres under molecular chaos. `None` without
-    /// collisions.
+    /// Computes the mean of |b|/d: 1/2 for disks and 2/3 for spheres under molecular chaos. `None`
+    /// without collisions.
     pub fn mean_impact(&self) -> Option<f64> {
         (self.collisions > 0).then(|| self.impact / self.collisions as f64)
     }
 
-    /// Returns the sums of (b/d)^(D-1) and of its square.
+    /// Returns the sums over collisions of (b/d)^(D-1), which is uniform under molecular chaos, and
+    /// of its square.
     fn uniform(&self) -> [f64; 2] {
         if self.dimension == 2 {
             [self.impact, self.impact_square]
@@ -78,7 +80,7 @@ impl CollisionWindow {
         }
     }
 
-    /// Adds this window of another replica.
+    /// Adds the sums of the same window in another replica.
     pub fn merge(&mut self, other: &Self) {
         for (count, more) in self.bins.iter_mut().zip(&other.bins) {
             *count += more;
@@ -93,14 +95,15 @@ impl CollisionWindow {
         self.root_temperature += other.root_temperature;
     }
 
-    /// Slope s of the least-squares line P(u) = 1 + s (u - 1/2) of u = (b/d)^(D-1): s = 12 (`<u>` -
-    /// 1/2). Positive where grazing collisions are in excess.
+    /// Computes the slope s of the least-squares line P(u) = 1 + s (u - 1/2) of u = (b/d)^(D-1):
+    /// s = 12 (`<u>` - 1/2). Positive where grazing collisions are in excess.
     pub fn slope(&self) -> Option<f64> {
         (self.collisions > 0).then(|| 12.0 * (self.uniform()[0] / self.collisions as f64 - 0.5))
     }
 
-    /// Standard error of [`Self::slope`] if collisions were independent, which collisions of one
-    /// clustered gas are not: the spread over replicas is compared with it.
+    /// Computes the standard error that [`Self::slope`] would have with independent collisions.
+    /// Collisions of one clustered gas are not independent: the spread over replicas is compared
+    /// with this error.
     pub fn slope_error(&self) -> Option<f64> {
         let n = self.collisions as f64;
         let [mean, square] = self.uniform().map(|sum| sum / n);
@@ -108,13 +111,14 @@ impl CollisionWindow {
         (self.collisions > 0).then(|| 12.0 * (variance / n).sqrt())
     }
 
-    /// Returns the chances of the bins under molecular chaos.
+    /// Returns the probability of each bin of |b|/d under molecular chaos.
     pub fn chances(&self) -> Vec<f64> {
         let bins = self.bins.len();
         (0..bins).map(|bin| self.chaos(bin) / bins as f64).collect()
     }
 
-    /// Density of |b|/d in a bin under molecular chaos: 1 for disks, 2 b/d for spheres.
+    /// Returns the probability density of |b|/d in a bin under molecular chaos: 1 for disks, 2 b/d
+    /// for spheres.
     pub fn chaos(&self, bin: usize) -> f64 {
         if self.dimension == 2 {
             1.0
@@ -123,9 +127,9 @@ impl CollisionWindow {
         }
     }
 
-    /// Computes the factors of the dissipation identity; `theory` is the collision rate of
-    /// molecular chaos per particle and unit of sqrt(T/m), as
-    /// `stosszahl_model::kinetic::collision_rate` gives it, and `disks` their number in one
+    /// Computes the factors of the dissipation identity. `theory` is the collision rate of
+    /// molecular chaos per particle in units of sqrt(T/m), from
+    /// `stosszahl_model::kinetic::collision_rate`. `disks` is the number of particles in one
     /// replica.
     pub fn dissipation(&self, theory: f64, disks: usize) -> Option<DissipationFactors> {
         if self.collisions == 0 || self.root_temperature <= 0.0 {
@@ -148,37 +152,40 @@ impl CollisionWindow {
     }
 }
 
-/// Cooling rate over the rate of molecular chaos, and its four factors.
+/// Dissipation identity: cooling rate over that of molecular chaos, and its four factors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DissipationFactors {
-    /// Collision rate over the rate of Enskog's theory.
+    /// Collision rate over that of Enskog's theory.
     pub rate: f64,
-    /// Mean <g^2> of colliding pairs over 2 (D + 1) T/m.
+    /// Speed factor: mean <g^2> of colliding pairs over its value 2 (D + 1) T/m under molecular
+    /// chaos.
     pub speed: f64,
-    /// Mean <1 - b^2/d^2> over 2/(D + 1).
+    /// Impact parameter factor: mean <1 - b^2/d^2> of colliding pairs over its value 2/(D + 1)
+    /// under molecular chaos.
     pub impact: f64,
-    /// Mean <g^2(1 - b^2/d^2)> over the product of the means of both factors.
+    /// Mean <g^2(1 - b^2/d^2)> over the product <g^2><1 - b^2/d^2>: correlation of speed and impact
+    /// parameter.
     pub correlation: f64,
-    /// Cooling rate over the rate of molecular chaos: the product of all four factors.
+    /// Cooling rate over that of molecular chaos: the product of all four factors.
     pub dissipation: f64,
 }
 
 impl DissipationFactors {
-    /// Cooling rate over the rate of molecular chaos at the squared speed of the colliding pairs
-    /// instead of at the total kinetic energy: energy is lost as the power 3/2 of it. The effect of
-    /// waves and clusters on the speeds of pairs drops out.
+    /// Computes the cooling rate over that of molecular chaos at the squared speed of colliding
+    /// pairs, instead of at the total kinetic energy. Energy is lost as the power 3/2 of that
+    /// square. The effect of waves and clusters on the speeds of pairs cancels.
     pub fn at_pair_speed(&self) -> f64 {
         self.dissipation / self.speed.powf(1.5)
     }
 }
 
-/// Observer of collisions in windows of time; the factors of the dissipation identity are valid for
-/// equal particles only.
+/// Observer that sums over collisions in time windows. The factors of the dissipation identity are
+/// valid for equal particles only.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CollisionWindows {
-    /// Sums of each time window; windows may overlap.
+    /// Collision sums of each time window; windows may overlap.
     pub windows: Vec<CollisionWindow>,
-    /// Impact parameters by kind of pair, in a gas of several species.
+    /// Impact parameters by pair of species; `None` in a gas of one species.
     pub pairs: Option<PairBins>,
     dimension: usize,
     temperature: f64,
@@ -187,8 +194,8 @@ pub struct CollisionWindows {
 }
 
 impl CollisionWindows {
-    /// Creates windows `[start, end)` \[time\], each with `bins` bins, for a gas of `disks` disks
-    /// that starts at time `start` and temperature `temperature`.
+    /// Creates an observer with time windows `[start, end)` \[time\] of `bins` bins each, for a gas
+    /// of `disks` particles with time `start` and granular temperature `temperature`.
     pub fn new(
         spans: &[[f64; 2]],
         bins: usize,
@@ -223,7 +230,7 @@ impl CollisionWindows {
         }
     }
 
-    /// Returns this observer for disks (2) or spheres (3).
+    /// Returns this observer for a gas of disks (2) or spheres (3).
     #[must_use]
     pub fn in_dimension(mut self, dimension: usize) -> Self {
         self.dimension = dimension;
@@ -233,7 +240,8 @@ impl CollisionWindows {
         self
     }
 
-    /// Sets the temperature at a time, so that rounding in the running energy never adds up.
+    /// Sets the current time and granular temperature, so that rounding errors of the running
+    /// energy do not accumulate.
     pub fn synchronise(&mut self, time: f64, temperature: f64) {
         self.pass(time);
         self.temperature = temperature;
@@ -252,7 +260,7 @@ impl CollisionWindows {
     }
 }
 
-/// Merges one window of all replicas; `None` without replicas.
+/// Merges the same window of several replicas; `None` without replicas.
 pub fn merged(windows: &[&CollisionWindow]) -> Option<CollisionWindow> {
     let (first, rest) = windows.split_first()?;
     let mut sum = (*first).clone();
@@ -262,8 +270,8 @@ pub fn merged(windows: &[&CollisionWindow]) -> Option<CollisionWindow> {
     Some(sum)
 }
 
-/// Pseudo-values ([`pseudo_values`]) of a number that follows from one window of all replicas;
-/// replicas without it are left out.
+/// Computes the pseudo-values ([`pseudo_values`]) over replicas of a number that follows from the
+/// sums of one window. Replicas without the number are left out.
 pub fn pooled(
     windows: &[&CollisionWindow],
     of: impl Fn(&CollisionWindow) -> Option<f64>,

@@ -1,5 +1,4 @@
-//! Arrays of numbers as bytes, in the byte order of this machine, which Python reads without
-//! copying.
+//! Conversion of particle data and collisions to byte arrays, which Python reads without copying.
 
 use nalgebra::Vector3;
 use pyo3::exceptions::PyValueError;
@@ -7,16 +6,16 @@ use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use stosszahl_model::{Collision, Particle, Particles};
 
-/// Number of 64-bit words in a collision: thirteen numbers, two indices, two species.
+/// Number of 64-bit words per collision record: thirteen numbers, two indices, two species.
 pub const WORDS: usize = 15;
 
-/// Packs two numbers of 32 bits into one word, in this order in memory.
+/// Packs two 32-bit numbers into eight bytes, in this order in memory.
 fn word([a, b]: [u32; 2]) -> [u8; 8] {
     let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (a.to_ne_bytes(), b.to_ne_bytes());
     [a0, a1, a2, a3, b0, b1, b2, b3]
 }
 
-/// Appends a collision to others, in the layout of `stosszahl.engines.COLLISION`.
+/// Appends a collision record to a byte array, in the layout of `stosszahl.engines.COLLISION`.
 pub fn write_collision(one: &Collision, into: &mut Vec<u8>) {
     let mut bytes = [0; 8 * WORDS];
     let mut at = bytes.chunks_exact_mut(8);
@@ -39,7 +38,8 @@ pub fn write_collision(one: &Collision, into: &mut Vec<u8>) {
     into.extend_from_slice(&bytes);
 }
 
-/// Returns a column of all particles: vectors have as many components as the gas has dimensions.
+/// Returns one property of all particles as bytes, by its name. Vectors have as many components as
+/// the gas has dimensions.
 pub fn column<'py>(
     py: Python<'py>,
     particles: &Particles,
@@ -70,7 +70,7 @@ pub fn column<'py>(
     }
 }
 
-/// Writes `width` words for each particle.
+/// Creates a byte array with `width` 64-bit words per particle, filled by `write`.
 fn fill<'py>(
     py: Python<'py>,
     particles: &Particles,
@@ -89,7 +89,7 @@ fn fill<'py>(
     })
 }
 
-/// Reads vectors of this many components.
+/// Reads vectors with the given number of components from bytes; missing components are zero.
 pub fn vectors(bytes: &[u8], components: usize) -> Vec<[f64; 3]> {
     let one = |chunk: &[u8]| {
         let mut vector = [0.0; 3];

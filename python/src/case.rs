@@ -1,4 +1,4 @@
-//! Cases: read, checked, run; and folders of results.
+//! Python functions for cases (read, check, run) and for results folders.
 
 use std::borrow::Cow;
 use std::ffi::CString;
@@ -22,14 +22,14 @@ use stosszahl_study::{Progress, ProgressEstimate, RunOptions, format, run_case};
 use crate::error::{Raise, raised};
 use crate::wait::{Messages, PyInterrupt, wait};
 
-/// Cases that come with the package.
+/// Cases and papers that come with the Python package.
 static BUNDLE: CaseBundle = CaseBundle({
     static FOLDER: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../cases");
     &FOLDER
 });
 
-/// Case as `stosszahl.Case` has it: the path for messages, the text unless it is that of the file
-/// or bundled case at the path, and overrides `key=value`.
+/// Case passed from Python: path for messages, text unless it is that of the file or bundled case
+/// at the path, and overrides `key=value`.
 #[derive(FromPyObject)]
 pub struct Given {
     path: PathBuf,
@@ -53,14 +53,14 @@ impl Given {
     }
 }
 
-/// Returns the bundled cases by name, each with its question.
+/// Returns the names of the bundled cases, each with its question.
 #[pyfunction]
 pub fn bundled() -> Vec<(&'static str, String)> {
     let cases = BUNDLE.cases().into_iter();
     cases.map(|one| (one.name, one.question())).collect()
 }
 
-/// Returns the text of a case file, or of the bundled case of that name.
+/// Returns the text of a case file; if there is no file, of the bundled case of that name.
 #[pyfunction]
 pub fn case_text(path: PathBuf) -> PyResult<String> {
     BUNDLE.text(&path).map_err(Raise::into_exception)
@@ -109,11 +109,11 @@ pub fn check(py: Python<'_>, case: Given, threads: Option<usize>) -> PyResult<St
     Ok(Value::Array(outlines.collect()).to_string())
 }
 
-/// Progress of a run, shared between threads.
+/// Progress of a run, shared between its threads.
 #[derive(Default)]
 struct Seen(Mutex<Far>);
 
-/// Progress: the work of each point that has begun, the number of collisions, and notes.
+/// Progress of a run: work done of each point that has begun, collisions, and notes.
 #[derive(Default)]
 struct Far {
     points: Vec<Option<ProgressEstimate>>,
@@ -216,13 +216,13 @@ pub fn run(
     Ok((summary.folder, summary.is_sweep))
 }
 
-/// Rebuilds the report of a folder.
+/// Rebuilds the report of a results folder, and returns the path of the page.
 #[pyfunction]
 pub fn report(folder: PathBuf) -> PyResult<PathBuf> {
     write_report(&folder).map_err(Raise::into_exception)
 }
 
-/// Returns the figures of a folder that can be drawn for a paper: names and titles.
+/// Returns names and titles of the figures of a results folder that can be drawn for a paper.
 #[pyfunction]
 pub fn print_names(folder: PathBuf) -> PyResult<Vec<(String, String)>> {
     let figures = print_figures(&folder).map_err(Raise::into_exception)?;
@@ -238,10 +238,10 @@ pub fn print_widths() -> ([f64; 2], [f64; 2]) {
     (COLUMN_WIDTHS, PRINT_WIDTHS)
 }
 
-/// Title, width and height \[mm\], SVG, PDF, and letters that the fonts do not have.
+/// Figure for print: title, width and height \[mm\], SVG, PDF, and letters that the fonts lack.
 type Drawing = (String, [f64; 2], String, Cow<'static, [u8]>, String);
 
-/// Draws a figure of a folder for a paper with a width \[mm\].
+/// Draws a figure of a results folder for a paper, with a width \[mm\].
 #[pyfunction]
 pub fn print_drawing(folder: PathBuf, name: &str, width: f64) -> PyResult<Drawing> {
     let figure = print_figure(&folder, name).map_err(Raise::into_exception)?;
@@ -266,13 +266,13 @@ pub fn manifest(folder: PathBuf) -> PyResult<(String, Vec<String>)> {
     Ok((text(&manifest), changed))
 }
 
-/// Returns the engines by name, each with its title, in the order of tables and legends.
+/// Returns the names of the engines with their titles, in the order of tables and legends.
 #[pyfunction]
 pub fn engines() -> Vec<(&'static str, &'static str)> {
     stosszahl_results::ENGINES.to_vec()
 }
 
-/// Returns the index of a sweep as JSON, if the folder is one.
+/// Returns the index of a sweep as JSON; `None` if the folder is not that of a sweep.
 #[pyfunction]
 pub fn sweep(folder: PathBuf) -> PyResult<Option<String>> {
     let read = Sweep::read(&folder).map_err(Raise::into_exception)?;

@@ -1,4 +1,4 @@
-//! Engines and their observers.
+//! Engines and observers of the Python package.
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -16,10 +16,10 @@ use crate::error::{Raise, raised};
 use crate::gas::PyGas;
 use crate::wait::{Messages, PyInterrupt, wait};
 
-/// Most collisions of a batch for which memory is reserved at once.
+/// Largest number of collisions for which a batch reserves memory at once.
 const MOST_RESERVED: usize = 1 << 16;
 
-/// Engine of either kind.
+/// Engine behind a Python object: exact dynamics or Monte Carlo.
 enum Kind {
     Exact(EventDriven),
     Chaos(MonteCarlo),
@@ -45,11 +45,11 @@ impl DerefMut for Kind {
     }
 }
 
-/// Exact dynamics or Monte Carlo of a gas, as `stosszahl.engines` uses it from Python.
+/// Engine for Python: exact dynamics or Monte Carlo of a gas, as `stosszahl.engines` uses it.
 #[pyclass(name = "Engine", module = "stosszahl._native", frozen)]
 pub struct PyEngine(Mutex<Kind>);
 
-/// Observer that passes collisions to Python in large batches, and asks for a pause if Python has
+/// Observer that passes collisions to Python in batches, and pauses the engine if Python has
 /// failed.
 struct Batches {
     size: usize,
@@ -81,11 +81,11 @@ impl Observer for Batches {
     }
 }
 
-/// Observer of impact parameters that runs without Python.
+/// Observer of impact parameters for Python that runs without calling Python code.
 #[pyclass(name = "ImpactParameters", module = "stosszahl._native", frozen)]
 pub struct PyImpactParameters(Mutex<stosszahl_analysis::impact::ImpactParameters>);
 
-/// Observer that fills [`PyImpactParameters`], which Python may read meanwhile.
+/// Observer that fills [`PyImpactParameters`], which Python may read at any time.
 struct Shared<'a>(&'a PyImpactParameters);
 
 impl Observer for Shared<'_> {
@@ -126,11 +126,11 @@ impl PyImpactParameters {
     }
 }
 
-/// Flux of a boundary: name, particles, momentum, energy.
+/// Flux through a boundary into the gas: name, particles, momentum, energy.
 type Flux = (String, f64, [f64; 3], f64);
 
 impl Kind {
-    /// Advances, unless asked to stop.
+    /// Advances the engine up to a time, unless an interrupt is raised.
     fn go(
         &mut self,
         until: f64,
@@ -151,7 +151,7 @@ impl PyEngine {
         Self(Mutex::new(kind))
     }
 
-    /// Locks the engine, unless it is at work in another thread or was broken off.
+    /// Locks the engine; an error if another thread is using it, or if its work was broken off.
     fn lock(&self) -> PyResult<MutexGuard<'_, Kind>> {
         let Ok(engine) = self.0.try_lock() else {
             let text = "the engine is at work; an observer, or another thread, has to wait until advance ends";
@@ -186,14 +186,14 @@ impl PyEngine {
         Ok(Self::of(Kind::Exact(engine)))
     }
 
-    /// Creates Monte Carlo of a gas without positions.
+    /// Creates a Monte Carlo engine for a gas without positions.
     #[staticmethod]
     fn without_positions(gas: &PyGas) -> PyResult<Self> {
         let engine = MonteCarlo::new(&gas.0).map_err(Raise::into_exception)?;
         Ok(Self::of(Kind::Chaos(engine)))
     }
 
-    /// Creates Monte Carlo in cells.
+    /// Creates a Monte Carlo engine in cells, with a scheme given by its name.
     #[staticmethod]
     #[pyo3(signature = (gas, name, *, cell_size, steps_per_cell_crossing, max_contact_value, stiffness, partner_radius))]
     fn in_cells(
@@ -217,7 +217,8 @@ impl PyEngine {
         Ok(Self::of(Kind::Chaos(engine)))
     }
 
-    /// Advances to a time. The observer is none, an [`ImpactParameters`](PyImpactParameters), or a function of bytes.
+    /// Advances the engine to a time. The observer is none, an
+    /// [`ImpactParameters`](PyImpactParameters), or a function of bytes.
     fn advance(
         &self,
         py: Python<'_>,
@@ -259,7 +260,7 @@ impl PyEngine {
         Ok(())
     }
 
-    /// Runs elastic collisions that forget the start.
+    /// Runs elastic collisions until the gas has forgotten its start.
     fn equilibrate(&self, py: Python<'_>, collisions_per_particle: f64) -> PyResult<()> {
         let mut guard = self.lock()?;
         let Kind::Exact(engine) = &mut *guard else {
@@ -273,7 +274,7 @@ impl PyEngine {
         Ok(())
     }
 
-    /// Returns the current gas.
+    /// Returns the current state of the engine as a gas.
     fn state(&self) -> PyResult<PyGas> {
         Ok(PyGas(match &*self.lock()? {
             Kind::Exact(engine) => engine.state(),
@@ -301,13 +302,13 @@ impl PyEngine {
         Ok(self.lock()?.temperature())
     }
 
-    /// Returns the number of collisions, and named counts of work.
+    /// Returns the number of collisions so far, and the work counters by name.
     fn work(&self) -> PyResult<(u64, BTreeMap<String, f64>)> {
         let work = self.lock()?.work_counters();
         Ok((work.collisions, work.numbers))
     }
 
-    /// Returns what each boundary gave: name, particles, momentum, energy.
+    /// Returns the flux of each boundary into the gas: name, particles, momentum, energy.
     fn boundaries(&self) -> PyResult<Vec<Flux>> {
         let all = self.lock()?.boundary_fluxes();
         let each = all.into_iter();
@@ -316,7 +317,7 @@ impl PyEngine {
             .collect())
     }
 
-    /// Adds changes to all velocities.
+    /// Adds a given velocity change to each particle.
     fn kick(&self, changes: Vec<u8>) -> PyResult<()> {
         let mut engine = self.lock()?;
         let changes: Vec<Vector3<f64>> = vectors(&changes, engine.dimension())

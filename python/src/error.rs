@@ -1,5 +1,5 @@
-//! Errors as exceptions of the classes in `stosszahl/errors.py`, with the messages of the command
-//! line.
+//! Conversion of errors to Python exceptions of `stosszahl/errors.py`, with the messages of the
+//! command line.
 
 use std::error::Error;
 
@@ -11,13 +11,14 @@ use stosszahl_report::ReportError;
 use stosszahl_results::ResultsError;
 use stosszahl_study::RunError;
 
-/// Error that can be raised in Python.
+/// Error that can be raised as a Python exception.
 pub trait Raise {
-    /// Converts the error to an exception.
+    /// Converts the error to a Python exception.
     fn into_exception(self) -> PyErr;
 }
 
-/// Creates the exception of a class of `stosszahl/errors.py`, which all take a message first.
+/// Creates an exception of a class in `stosszahl/errors.py`; the first argument of each class is a
+/// message.
 fn exception<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>) -> PyErr {
     let class = py
         .import("stosszahl.errors")
@@ -26,12 +27,12 @@ fn exception<'py>(py: Python<'py>, class: &str, arguments: impl PyCallArgs<'py>)
     made.map_or_else(|error| error, PyErr::from_value)
 }
 
-/// Creates an exception with a message.
+/// Creates an exception of a class in `stosszahl/errors.py` with a message.
 pub fn raised(class: &str, message: &str) -> PyErr {
     Python::attach(|py| exception(py, class, (message,)))
 }
 
-/// Formats the error and its causes, each once, as the command line does.
+/// Formats an error and its causes, each once, as the command line does.
 fn explained(error: &dyn Error) -> String {
     let mut said = error.to_string();
     let mut cause = error.source();

@@ -1,4 +1,4 @@
-//! Gases: [`stosszahl_gas::Gas`] with a description and arrays.
+//! Gases of the Python package: [`stosszahl_gas::Gas`] built from a description and arrays.
 
 use nalgebra::{Vector3, vector};
 use pyo3::prelude::*;
@@ -14,11 +14,11 @@ use crate::arrays::{column, vectors};
 use crate::error::Raise;
 use crate::wait::{Messages, PyInterrupt, wait};
 
-/// Particles, box and contact laws of a gas, as `stosszahl.Gas` uses them from Python.
+/// Gas for Python: particles, box and contact laws, as `stosszahl.Gas` uses them.
 #[pyclass(name = "Gas", module = "stosszahl._native", frozen)]
 pub struct PyGas(pub stosszahl_gas::Gas);
 
-/// Wall as `stosszahl.Wall` has it.
+/// Wall passed from Python, as `stosszahl.Wall` has it.
 #[derive(FromPyObject)]
 struct GivenWall {
     restitution: f64,
@@ -28,7 +28,7 @@ struct GivenWall {
     vibration: Option<(f64, f64)>,
 }
 
-/// Description as `stosszahl.Gas` keeps it.
+/// Description of a gas passed from Python, as `stosszahl.Gas` keeps it.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Description {
@@ -48,7 +48,8 @@ struct Description {
     replica: u64,
 }
 
-/// Law of normal restitution: a number, or one of the classes of `stosszahl` by its attributes.
+/// Law of normal restitution passed from Python: a number, or one of the classes of `stosszahl` by
+/// its attributes.
 #[derive(FromPyObject)]
 enum GivenLaw {
     Constant(f64),
@@ -79,14 +80,15 @@ impl GivenLaw {
     }
 }
 
-/// Face of the box.
+/// Face of the box passed from Python.
 #[derive(FromPyObject)]
 enum GivenFace {
     Wall(GivenWall),
     Word(String),
 }
 
-/// Custom start, in arrays; vectors have two components for disks, three for spheres.
+/// Custom initial state passed from Python in arrays; vectors have two components for disks, three
+/// for spheres.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Start {
@@ -209,38 +211,38 @@ impl PyGas {
         Ok(Self(gas.map_err(Raise::into_exception)?))
     }
 
-    /// Returns a column of all particles.
+    /// Returns one property of all particles as bytes, by its name.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyByteArray>> {
         column(py, &self.0.particles, name)
     }
 
-    /// Number of particles.
+    /// Returns the number of particles of the gas.
     fn count(&self) -> usize {
         self.0.particles.all.len()
     }
 
-    /// Returns the time, the sides of the box, and which axes are periodic.
+    /// Returns the time of the gas, the sides of the box, and which axes are periodic.
     fn frame(&self) -> (f64, [f64; 3], [bool; 3]) {
         let all = &self.0.particles;
         (all.time, all.lengths, all.periodic)
     }
 
-    /// Granular temperature \[energy\].
+    /// Returns the granular temperature of the gas \[energy\].
     fn temperature(&self) -> f64 {
         self.0.temperature()
     }
 
-    /// Area or volume \[length^D\].
+    /// Returns the area or volume of the gas \[length^D\].
     fn volume(&self) -> f64 {
         self.0.volume
     }
 
-    /// Displacement of the box above in a shear flow \[length\].
+    /// Returns the displacement of the periodic image above in a shear flow \[length\].
     fn shear_offset(&self) -> f64 {
         self.0.shear_offset()
     }
 
-    /// Haff's cooling time \[time\].
+    /// Returns Haff's cooling time of the gas \[time\]; `None` if there is none.
     fn haff_time(&self) -> Option<f64> {
         self.0.haff_time()
     }

@@ -18,7 +18,7 @@ mod wait;
 
 use pyo3::prelude::*;
 
-/// The module `stosszahl._native`.
+/// Python module `stosszahl._native`: all functions and classes that the package uses.
 #[pymodule(gil_used = true)]
 mod _native {
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! Work without Python's lock, while the calling thread checks for Ctrl-C.
+//! Work on another thread without Python's global lock, while the calling thread checks for Ctrl-C.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::thread;
@@ -7,22 +7,23 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 use stosszahl_model::Interrupt;
 
-/// Time between two checks.
+/// Time between two checks for Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
-/// Time after a first Ctrl-C from which a second one breaks the work off.
+/// Time after a first Ctrl-C from which a second one stops the work at once.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Interrupts of the work: one for soon, one for now.
+/// Pair of interrupts for work started from Python: a gentle one and an immediate one.
 #[derive(Clone, Debug, Default)]
 pub struct PyInterrupt {
-    /// Interrupt at the next good moment, such as the end of a leg.
+    /// Gentle interrupt: stop at the next checkpoint, or at another point where state is
+    /// consistent.
     pub soon: Interrupt,
-    /// Interrupt within a fraction of a second, in the middle of any work.
+    /// Immediate interrupt: stop within a fraction of a second, whatever the work.
     pub now: Interrupt,
 }
 
-/// Channel of messages from the work to Python. The work continues while Python handles the last
-/// message, and learns its outcome with the next.
+/// Channel of messages from the work to Python. The work continues while Python handles a message,
+/// and learns of a failure with the next one.
 pub struct Messages<M> {
     send: SyncSender<M>,
     answers: Receiver<bool>,
@@ -31,8 +32,8 @@ pub struct Messages<M> {
 }
 
 impl<M> Messages<M> {
-    /// Sends a message once the one before was handled; false, and no more messages are sent, if
-    /// Python failed on that.
+    /// Sends a message once Python has handled the previous one. Returns false, and sends no more,
+    /// if Python failed on that one.
     pub fn send(&mut self, message: M) -> bool {
         self.has_failed |= self.waits && !self.answers.recv().unwrap_or(false);
         self.waits = !self.has_failed && self.send.send(message).is_ok();
@@ -40,8 +41,8 @@ impl<M> Messages<M> {
     }
 }
 
-/// Runs `work` on another thread. Its messages are handled by `hear` on this one, with Python's
-/// lock; between messages `idle` is called.
+/// Runs `work` on another thread. Its messages are handled by `hear` on the calling thread, with
+/// Python's lock; between messages `idle` is called.
 ///
 /// The work learns of a failure of `hear` with its next message, so always at the same place.
 /// Ctrl-C, and a failure of `idle`, ask the work to stop soon; a second Ctrl-C, to stop now. The

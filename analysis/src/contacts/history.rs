@@ -1,4 +1,5 @@
-//! Collision history: former partners, and rings of collisions that close.
+//! Collision history of particles: former partners, and ring collisions, found by comparing the
+//! ancestors of a collision.
 //!
 //! A collision is an event with two parents, the last events of its partners. Partners whose pasts
 //! have an event in common are correlated: the shortest way from the collision back to that event
@@ -13,43 +14,48 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Number of latest collisions of a particle among which a former partner is searched.
+/// Number of latest collisions of a particle whose partners are remembered.
 pub const MEMORY: usize = 8;
-/// Most collisions of both partners between two meetings within [`MEMORY`].
+/// Largest number of collisions that both partners can have had between two collisions with each
+/// other, within [`MEMORY`].
 pub const MOST_BETWEEN: usize = 2 * (MEMORY - 1);
-/// Length of the longest ring that is searched, in collisions.
+/// Length of the longest ring that is searched for, in collisions.
 pub const LONGEST_RING: usize = 6;
 
-/// Events kept for each simulator: its last sixteen collisions, on average.
+/// Collision events stored for each simulator; as each event has two partners, they reach sixteen
+/// collisions back on average.
 const EVENTS: usize = 8;
-/// Events of the last level of a past: it doubles from one level to the next.
+/// Largest number of ancestors of a collision in the most distant generation searched; it doubles
+/// with each generation.
 const WIDEST: usize = 1 << (LONGEST_RING - 2);
 
-/// Memory for each simulator \[bytes\].
+/// Memory of the collision history for each simulator \[bytes\].
 pub const BYTES_PER_SIMULATOR: usize = (MEMORY + 2 * EVENTS) * size_of::<u32>() + size_of::<u64>();
 
-/// Former partners of each simulator, the last one first, and latest events.
+/// Collision history: the last partners of each simulator, latest first, and the tree of past
+/// collisions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct History {
     partners: Vec<[u32; MEMORY]>,
-    /// Last event of each simulator, numbered from 1; 0 if it has none.
+    /// Number of the last collision of each simulator, counted from 1; 0 if it has had none.
     last: Vec<u64>,
-    /// Parents of each event, as the number of events since then; 0 without a parent. A circular
-    /// buffer.
+    /// Parents of each stored collision: how many collisions ago each partner collided last; 0 if
+    /// unknown. A circular buffer.
     parents: Vec<[u32; 2]>,
     count: u64,
 }
 
-/// Relation of a collision to the past of its partners.
+/// Relation of a collision to the collision history of its partners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Past {
-    /// Collisions that both have had since they met; `None` if they did not meet within [`MEMORY`].
+    /// Collisions that both partners have had since they last met; `None` if they did not meet
+    /// within [`MEMORY`].
     pub between: Option<usize>,
-    /// Length of the ring that the collision closes, in collisions; `None` without a ring.
+    /// Length of the ring that the collision closes, in collisions; `None` if it closes none.
     pub ring: Option<usize>,
 }
 
-/// Events of a past at one level, and how many there are.
+/// One generation of ancestors of a collision: their event numbers, and how many there are.
 type Level = ([u64; WIDEST], usize);
 
 impl History {
@@ -62,7 +68,8 @@ impl History {
         }
     }
 
-    /// Records a collision; `None` if its partners have no index.
+    /// Records the collision of a pair of indices and returns its relation to their past; `None` if
+    /// an index is not tracked.
     pub(super) fn record_collision(&mut self, pair: [u32; 2]) -> Option<Past> {
         let [i, j] = pair.map(|who| who as usize);
         if i.max(j) >= self.partners.len() {
@@ -73,7 +80,7 @@ impl History {
             known.position(|&other| other as usize == whom)
         };
         let between = since(i, j).zip(since(j, i)).map(|(a, b)| a + b);
-        let ring = self.ring([self.last[i], self.last[j]]);
+        let ring = self.shortest_ring([self.last[i], self.last[j]]);
         for (who, whom) in [(i, j), (j, i)] {
             self.partners[who].rotate_right(1);
             self.partners[who][0] = whom as u32;
@@ -90,18 +97,18 @@ impl History {
         Some(Past { between, ring })
     }
 
-    /// Returns true if an event is still in the buffer.
-    fn knows(&self, event: u64) -> bool {
+    /// Returns true if a collision is recent enough to be in the buffer.
+    fn is_stored(&self, event: u64) -> bool {
         event > 0 && event + (self.parents.len() as u64) > self.count
     }
 
-    /// Returns the parents of the events of a level.
-    fn before(&self, (level, count): &Level) -> Level {
+    /// Returns the parents of all collisions of one generation.
+    fn parents_of(&self, (level, count): &Level) -> Level {
         let mut before: Level = ([0; WIDEST], 0);
         for &event in &level[..*count] {
             for ago in self.parents[(event % self.parents.len() as u64) as usize] {
                 let parent = event - u64::from(ago);
-                if ago > 0 && self.knows(parent) && before.1 < WIDEST {
+                if ago > 0 && self.is_stored(parent) && before.1 < WIDEST {
                     before.0[before.1] = parent;
                     before.1 += 1;
                 }
@@ -110,11 +117,12 @@ impl History {
         before
     }
 
-    /// Length of the shortest ring that an event with these parents closes.
-    fn ring(&self, parents: [u64; 2]) -> Option<usize> {
+    /// Computes the length of the shortest ring, in collisions, that a new collision closes;
+    /// `parents` are the last collisions of its partners.
+    fn shortest_ring(&self, parents: [u64; 2]) -> Option<usize> {
         // Levels 1, 2, ... of both pasts.
         let mut levels = parents.map(|event| {
-            let known = usize::from(self.knows(event));
+            let known = usize::from(self.is_stored(event));
             let mut level = [0; WIDEST];
             level[0] = event;
             vec![(level, known)]
@@ -129,7 +137,7 @@ impl History {
             }
             if length < LONGEST_RING {
                 for levels in &mut levels {
-                    let next = self.before(&levels[length - 2]);
+                    let next = self.parents_of(&levels[length - 2]);
                     levels.push(next);
                 }
             }

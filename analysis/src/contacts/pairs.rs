@@ -1,12 +1,13 @@
-//! Pairs of particles near each other.
+//! Search for pairs of particles near contact, by a cell list.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 use stosszahl_model::Particles;
 
-/// Calls `call` for each pair between contact and `reach` times the contact distance, with the line
-/// from the second to the first, and its length over the contact distance.
+/// Calls `call` for each pair between contact and `reach` times the contact distance. It receives
+/// the indices, the vector from the second to the first, and the distance over the contact
+/// distance.
 pub(super) fn each_pair(
     particles: &Particles,
     reach: f64,

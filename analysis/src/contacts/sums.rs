@@ -1,4 +1,4 @@
-//! Sums over collisions and pairs, and their parts.
+//! Sums over collisions and over pairs near contact, from which contact statistics are computed.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -6,58 +6,64 @@ use serde::{Deserialize, Serialize};
 use super::DISTANCES;
 use super::history::{LONGEST_RING, MOST_BETWEEN, Past};
 
-/// Adds the terms of an array.
+/// Adds an array of terms to an array of sums, element by element.
 fn plus<const N: usize>(sums: &mut [f64; N], terms: &[f64; N]) {
     for (sum, term) in sums.iter_mut().zip(terms) {
         *sum += term;
     }
 }
 
-/// Sums over the collisions and pairs of one window of time. Results are ratios of them.
+/// Sums over the collisions and near pairs of one time window. Contact statistics are ratios of
+/// these sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactSums {
     /// Number of physical collisions: each counts the weight of its simulators.
     pub physical: f64,
-    /// Number of physical collisions whose local temperature is known.
+    /// Number of physical collisions at places where the local temperature is known.
     pub known: f64,
-    /// Sums of the powers [`ORDERS`](super::ORDERS) of the normal speed before contact.
+    /// Sums over collisions of the powers [`ORDERS`](super::ORDERS) of the normal speed before
+    /// contact.
     pub before: [f64; 4],
-    /// Sums of the powers [`ORDERS`](super::ORDERS) of the normal speed after contact.
+    /// Sums over collisions of the powers [`ORDERS`](super::ORDERS) of the normal speed after
+    /// contact.
     pub after: [f64; 4],
-    /// Sums of the powers before contact that molecular chaos expects.
+    /// Expected sums, under molecular chaos, of the powers [`ORDERS`](super::ORDERS) of the normal
+    /// speed before contact.
     pub chaos: [f64; 4],
-    /// Number of collisions of slow and of fast pairs.
+    /// Number of collisions of slow and of fast pairs: squared relative speed below and above its
+    /// mean under molecular chaos.
     pub pairs: [f64; 2],
-    /// Sums of (b/d)^(D-1) of slow and of fast pairs.
+    /// Sums of (b/d)^(D-1), b the impact parameter, of slow and of fast colliding pairs.
     pub impacts: [f64; 2],
-    /// Number of collisions whose partners have an index.
+    /// Number of collisions whose partners have an index, so that their past is known.
     pub named: f64,
-    /// Number of collisions whose partners had their last collision with each other.
+    /// Number of recollisions: collisions whose partners both collided with each other last.
     pub again: f64,
     /// Number of collisions whose partners have met within the last [`MEMORY`](super::MEMORY)
     /// collisions of both.
     pub returned: f64,
-    /// Number of returns by the collisions that both partners have had since they met.
+    /// Number of recollisions by the number of collisions that both partners have had since they
+    /// met.
     pub between: [f64; MOST_BETWEEN + 1],
-    /// Sums over collisions by the common past of the partners, in the order of [`Acquaintance`].
+    /// Sums over collisions by the common past of the partners, one for each [`Acquaintance`].
     pub met: [MetSums; 3],
-    /// Number of collisions that close a ring, by the number of collisions in the ring, first and
-    /// last included.
+    /// Number of ring collisions, by the number of collisions in the ring, first and last included.
     pub rings: [f64; LONGEST_RING + 1],
     /// Sums of the normal speed of approaching pairs near contact: real and shuffled pairs.
     pub flux: [f64; 2],
-    /// Sums of the normal speed times (b/d)^(D-1) of approaching pairs near contact: real and
-    /// shuffled pairs.
+    /// Sums of the normal speed times (b/d)^(D-1), b the impact parameter, of approaching pairs
+    /// near contact: real and shuffled pairs.
     pub flux_impacts: [f64; 2],
-    /// Sums of the local temperature, and of the temperature of the whole gas with its flow, over
-    /// particles whose local temperature is known.
+    /// Sums over particles of the local temperature, and of the temperature of the whole gas with
+    /// its flow \[energy\]. Particles in cells without a temperature are left out.
     pub heat: [f64; 2],
-    /// Velocity products by distance, with bin edges [`super::EDGES`]: real and shuffled pairs.
+    /// Velocity products of pairs in the distance bins [`super::EDGES`]: of real and of shuffled
+    /// pairs.
     pub velocities: [[Products; 2]; DISTANCES],
 }
 
 impl ContactSums {
-    /// Counts a collision by the past of its partners.
+    /// Counts one collision by the collision history of its partners.
     pub(super) fn count_collision(&mut self, past: Past) {
         self.named += 1.0;
         if let Some(between) = past.between {
@@ -70,7 +76,7 @@ impl ContactSums {
         }
     }
 
-    /// Adds the sums of other collisions and pairs.
+    /// Adds the sums over another set of collisions and pairs.
     pub fn merge(&mut self, other: &Self) {
         self.physical += other.physical;
         self.known += other.known;
@@ -98,20 +104,21 @@ impl ContactSums {
     }
 }
 
-/// Relation of the partners of a collision before it, by the last
-/// [`MEMORY`](super::MEMORY) collisions of each.
+/// Relation of two partners before they collide, from the last [`MEMORY`](super::MEMORY) collisions
+/// of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acquaintance {
-    /// Partners that have not met.
+    /// Partners that have not collided with each other.
     New,
-    /// Partners that have met.
+    /// Partners that have collided with each other before.
     Returned,
-    /// Partners that have met and no other particle since, which are returned, too.
+    /// Partners whose last collision was with each other; they count as `Returned`, too.
     Again,
 }
 
 impl Acquaintance {
-    /// Returns the relations of two partners with `between` collisions of both since they met.
+    /// Returns all relations that apply to two partners with `between` collisions of both since
+    /// they met.
     pub(super) fn relations_after(between: Option<usize>) -> &'static [Self] {
         match between {
             None => &[Self::New],
@@ -121,22 +128,24 @@ impl Acquaintance {
     }
 }
 
-/// Sums over collisions of partners in one relation, where the local temperature is known.
+/// Sums over the collisions of partners with one kind of common past, where the local temperature
+/// is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MetSums {
-    /// Number of collisions.
+    /// Number of collisions of partners in this relation.
     pub count: f64,
-    /// Sum of (b/d)^(D-1).
+    /// Sum of (b/d)^(D-1) over the collisions, b the impact parameter.
     pub impacts: f64,
-    /// Sum of the squared normal speed before contact.
+    /// Sum of the squared normal speed before contact \[length²/time²\].
     pub squares: f64,
-    /// Sum of that square under molecular chaos at the local temperature.
+    /// Sum of the squared normal speed expected under molecular chaos at the local temperature
+    /// \[length²/time²\].
     pub chaos: f64,
 }
 
 impl MetSums {
     /// Adds a collision: its (b/d)^(D-1), its squared normal speed, and the squared normal speed
-    /// expected by molecular chaos.
+    /// expected under molecular chaos.
     pub(super) fn add(&mut self, uniform: f64, [square, chaos]: [f64; 2]) {
         self.count += 1.0;
         self.impacts += uniform;
@@ -152,13 +161,14 @@ impl MetSums {
     }
 }
 
-/// Products of the velocities of both partners of pairs, along the line of centres and
-/// perpendicular to it.
+/// Sums for the velocity correlation of pairs, along the line of centres and perpendicular to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Products {
-    /// Sums of the products: along and perpendicular.
+    /// Sums of the products of the velocities of both partners: along the line of centres, and
+    /// perpendicular.
     pub products: [f64; 2],
-    /// Sums of the mean squares of both velocities: along and perpendicular.
+    /// Sums of the mean squared velocity of both partners: along the line of centres, and
+    /// perpendicular.
     pub squares: [f64; 2],
 }
 

@@ -1,4 +1,4 @@
-//! Pairs in range, by their distance.
+//! Pair counting by cell lists: pairs of points in range, by distance.
 //!
 //! The box is cut into cells that hold a few points each, and points are sorted by cell. Each
 //! centre is compared with the points of the cells that may hold some in range; where all points
@@ -15,25 +15,25 @@ use stosszahl_model::{Interrupt, images};
 
 use crate::Error;
 
-/// Relative margin of the range when cells in range are selected: no rounding of a position into
-/// its cell can put a pair in range farther apart.
+/// Relative margin of the range in the choice of neighbouring cells. It covers the rounding errors
+/// of positions in cells.
 const CELL_MARGIN: f64 = 1e-9;
 
-/// Fewest points in a cell, on average.
+/// Smallest mean number of points in a cell.
 const LEAST_IN_CELL: f64 = 2.0;
-/// Most cells along the range.
+/// Largest number of cells along the range.
 const CELLS_IN_RANGE: f64 = 8.0;
 
-/// Number of distances computed together.
+/// Number of pair distances computed in one block, for SIMD.
 const TOGETHER: usize = 64;
 
-/// Histogram of pairs by their distance to the nearest periodic image.
+/// Histogram of pairs by the distance to the nearest periodic image.
 pub(super) struct Histogram<const D: usize> {
     lengths: [f64; D],
     range: f64,
     bins_per_length: f64,
-    /// Neighbours of centres by bin, so that a pair of centres counts twice; the last entry counts
-    /// pairs beyond the range.
+    /// Number of neighbours of all centres, by bin; a pair of centres counts twice. The last entry
+    /// counts pairs beyond the range.
     neighbours: Vec<u64>,
 }
 
@@ -47,13 +47,13 @@ impl<const D: usize> Histogram<D> {
         }
     }
 
-    /// Returns the neighbours in range, by bin.
+    /// Returns the number of neighbours in each bin, without those beyond the range.
     pub(super) fn bins(&self) -> &[u64] {
         &self.neighbours[..self.neighbours.len() - 1]
     }
 
-    /// Counts the pairs of a point with a run of others, each `count` times. The result has the
-    /// same bits whichever of two points comes first: rounding is symmetric in sign.
+    /// Counts the pairs of point `one` with the points `run`, each `count` times. The distance has
+    /// the same bits from either point: rounding is symmetric in sign.
     #[inline(always)]
     fn add(&mut self, points: &ByCell<D>, one: usize, run: Range<usize>, count: u64) {
         let (beyond, squared_range) = ((self.neighbours.len() - 1) as f64, self.range * self.range);
@@ -96,15 +96,16 @@ impl<const D: usize> Histogram<D> {
     }
 }
 
-/// Points by cell, the first axis running fastest.
+/// Points sorted by cell, the first axis running fastest.
 struct ByCell<const D: usize> {
     /// Number of cells along each axis.
     sides: [usize; 3],
-    /// Index of the first point of each cell, then the number of points.
+    /// Index of the first point of each cell; a last entry holds the number of points.
     starts: Vec<usize>,
-    /// Coordinates by axis, within the box or at its far edge \[length\].
+    /// Coordinates of the points, one array for each axis, within the box or at its upper edge
+    /// \[length\].
     places: [Vec<f64>; D],
-    /// True for points whose neighbours are counted.
+    /// True for points that are centres, whose neighbours are counted.
     is_centre: Vec<bool>,
 }
 
@@ -147,14 +148,15 @@ impl<const D: usize> ByCell<D> {
         }
     }
 
-    /// Returns the index range of the points in some cells of a line.
+    /// Returns the index range of the points in consecutive cells of one line of cells.
     fn index_range(&self, line: usize, cells: Range<usize>) -> Range<usize> {
         let begin = line * self.sides[0];
         self.starts[begin + cells.start]..self.starts[begin + cells.end]
     }
 }
 
-/// Returns the number of cells along each axis, for `points` points in a box.
+/// Chooses the number of cells along each axis for `points` points in a box, from their density and
+/// the range.
 pub(super) fn sides<const D: usize>(points: usize, lengths: [f64; D], range: f64) -> [usize; 3] {
     let points = points.max(1) as f64;
     let spacing = (lengths.iter().product::<f64>() * LEAST_IN_CELL / points).powf(1.0 / D as f64);
@@ -173,14 +175,15 @@ pub(super) fn sides<const D: usize>(points: usize, lengths: [f64; D], range: f64
     }
 }
 
-/// Line of cells along the first axis that is near another: steps in rows and layers, around the
-/// box, and the number of cells on each side that may be in range.
+/// Line of cells that may hold neighbours of another line: its offset in rows and layers, and the
+/// number of cells on each side in range.
 struct Near {
     steps: [usize; 2],
     reach: usize,
 }
 
-/// Returns the lines near each line, with cells of these widths.
+/// Lists the lines of cells that may hold neighbours of a line, for given cell widths \[length\]
+/// and range \[length\].
 fn lines_around(sides: [usize; 3], widths: [f64; 3], range: f64) -> Vec<Near> {
     let range = range * (1.0 + CELL_MARGIN);
     // Between points of cells that are so many apart, at least.
@@ -197,7 +200,7 @@ fn lines_around(sides: [usize; 3], widths: [f64; 3], range: f64) -> Vec<Near> {
 }
 
 /// Adds the neighbours of all centres in range to the histogram, cell by cell. The result has the
-/// same bits on every processor: products and sums are never contracted.
+/// same bits on every processor: no fused multiply-add is used.
 pub(super) fn count_by_cells<const D: usize>(
     points: &[(SVector<f64, D>, bool)],
     histogram: &mut Histogram<D>,
@@ -212,7 +215,7 @@ pub(super) fn count_by_cells<const D: usize>(
     count(points, histogram, interrupt)
 }
 
-/// Runs [`count`] with vectors of four.
+/// Runs [`count`] compiled for AVX2, four numbers at once.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn count_with_avx2<const D: usize>(
@@ -223,7 +226,8 @@ fn count_with_avx2<const D: usize>(
     count(points, histogram, interrupt)
 }
 
-/// Implementation of [`count_by_cells`].
+/// Counts neighbours as [`count_by_cells`]; the common code of the versions for AVX2 and for any
+/// processor.
 #[inline(always)]
 fn count<const D: usize>(
     points: &[(SVector<f64, D>, bool)],
@@ -288,8 +292,8 @@ fn count<const D: usize>(
     Ok(())
 }
 
-/// Returns the cells of a line of `columns` that are within `reach` of one of them, around the box:
-/// at most two ranges.
+/// Returns the columns within `reach` columns of `column`, periodic in `columns`: at most two
+/// ranges.
 fn cells_within(column: usize, reach: usize, columns: usize) -> [Range<usize>; 2] {
     let (low, high) = (column + columns - reach.min(columns), column + reach + 1);
     if 2 * reach + 1 >= columns {

@@ -1,4 +1,5 @@
-//! Partial pair correlations of mixtures.
+//! Partial pair correlation functions of mixtures, by counting pairs of all species and of two at a
+//! time.
 
 use nalgebra::{SVector, Vector3};
 use stosszahl_model::{Interrupt, InvalidValue};
@@ -8,16 +9,16 @@ use super::{PairCorrelation, check_range, correlation, like_pairs};
 use crate::Error;
 use crate::error::check_positions;
 
-/// Measures the partial pair correlations of the points of several species, in a box in the plane
-/// or in space: those of all pairs (a, b) of species in the order of
+/// Measures the partial pair correlations g(r) of the points of several species, in a box in the
+/// plane or in space, for all pairs (a, b) of species in the order of
 /// [`pair_index`](crate::contact_value::pair_index).
 ///
 /// ```text
 /// g_ab(r) = pairs of a and b (r .. r + Δr) / [N_a N_b A(r .. r + Δr) / V]
 /// ```
 ///
-/// and `½ N_a (N_a - 1)` in place of `N_a N_b` for pairs of one species. Bins of a pair of species that
-/// has no two points are no numbers.
+/// and `½ N_a (N_a - 1)` in place of `N_a N_b` for pairs of one species. Bins of a pair of species
+/// that has no two points are no numbers.
 ///
 /// # Errors
 /// As [`of_disks`](super::of_disks), for the points of all species together.
@@ -58,7 +59,7 @@ pub fn of_species(
     Ok(found)
 }
 
-/// Counts the neighbours of points by bin, each pair twice.
+/// Counts the neighbours of points by distance bin; each pair counts twice.
 fn neighbours<const D: usize>(
     lengths: [f64; D],
     range: f64,
@@ -81,8 +82,8 @@ mod tests {
     use super::super::shell;
     use super::*;
 
-    /// Partial `g_ab(r)` of three species against a count over all pairs, in the plane and in space;
-    /// a species of one point has no pairs of its own.
+    /// Partial `g_ab(r)` of three species against a count over all pairs, in the plane and in
+    /// space; a species of one point has no pairs of its own.
     #[test]
     fn partial_correlations_are_those_of_all_pairs() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(21);

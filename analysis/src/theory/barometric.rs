@@ -1,4 +1,4 @@
-//! Equilibrium of a gas in a closed column under gravity.
+//! Barometric equilibrium of a gas in a closed column under gravity, from conservation of energy.
 //!
 //! Elastic particles between specular walls conserve their energy. A column that is uniform at
 //! first falls, and its loss of potential energy heats it: with `n` degrees of freedom of a
@@ -14,16 +14,16 @@ use stosszahl_model::InvalidValue;
 
 use super::error::TheoryError;
 
-/// One species of the column.
+/// Species in a gas column: mass of a particle and number of particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer {
-    /// Mass of a particle.
+    /// Mass of one particle of the species \[mass\].
     pub mass: f64,
-    /// Number of particles, in any unit.
+    /// Number of particles of the species, in any unit.
     pub number: f64,
 }
 
-/// Closed column in equilibrium.
+/// Gas in a closed column under gravity, in barometric equilibrium.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BarometricColumn {
     height: f64,
@@ -32,8 +32,8 @@ pub struct BarometricColumn {
 }
 
 impl BarometricColumn {
-    /// Computes the equilibrium of a column that is released uniform, at rest and at the
-    /// temperature `start`.
+    /// Computes the equilibrium of a column that starts uniform, at rest and at the temperature
+    /// `start`.
     ///
     /// `freedoms` is the number of degrees of freedom that share the energy: D for smooth
     /// particles, and those of rotation too for perfectly rough ones.
@@ -94,18 +94,19 @@ impl BarometricColumn {
         })
     }
 
-    /// Temperature of the whole column \[energy\].
+    /// Returns the equilibrium temperature of the column \[energy\].
     pub fn temperature(&self) -> f64 {
         self.temperature
     }
 
-    /// Density of particles of a mass at a height, over the density of the uniform column.
+    /// Computes the density of particles of one mass at a height, over the density of the uniform
+    /// column.
     pub fn density(&self, mass: f64, height: f64) -> f64 {
         let x = mass * self.gravity * self.height / self.temperature;
         x * (-x * height / self.height).exp() / -(-x).exp_m1()
     }
 
-    /// Mean of [`Self::density`] over an interval of heights.
+    /// Computes the mean of [`Self::density`] over an interval of heights.
     pub fn mean_density(&self, mass: f64, from: f64, to: f64) -> f64 {
         let x = mass * self.gravity * self.height / self.temperature;
         let [a, b] = [from, to].map(|height| (-x * height / self.height).exp());
@@ -113,8 +114,8 @@ impl BarometricColumn {
     }
 }
 
-/// Mean height over the height of the column, 1/x - 1/(e^x - 1); the difference of near numbers as
-/// a series.
+/// Computes the mean height of a barometric profile over the height of the column, 1/x - 1/(e^x -
+/// 1), by a series for small x.
 fn mean_height(x: f64) -> f64 {
     if x < 1e-2 {
         0.5 - x / 12.0 + x.powi(3) / 720.0

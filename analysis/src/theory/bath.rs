@@ -28,18 +28,18 @@
 pub struct BathState {
     /// Granular temperature of the steady state \[energy\].
     pub temperature: f64,
-    /// Fourth cumulant a2 of the velocities.
+    /// Fourth cumulant a2 of the velocities in the steady state.
     pub fourth_cumulant: f64,
-    /// Cooling rate zeta at this temperature \[1/time\].
+    /// Cooling rate zeta at the steady temperature \[1/time\].
     pub cooling_rate: f64,
-    /// Drag coefficient of the bath \[1/time\].
+    /// Drag coefficient gamma of the bath \[1/time\].
     pub drag: f64,
 }
 
 impl BathState {
-    /// Solves the balance. `cooling` is the cooling rate of a Maxwellian gas at the temperature 1
-    /// \[1/time\], `gain` the rate at which the noise raises T \[energy/time\]. `None` unless the
-    /// gain is above 0 and something takes energy.
+    /// Solves the energy balance. `cooling` is the cooling rate of a Maxwellian gas at the
+    /// temperature 1 \[1/time\], `gain` the rate at which the noise raises T \[energy/time\].
+    /// `None` unless the gain is above 0 and drag or collisions dissipate energy.
     pub fn new(
         dimension: usize,
         restitution: f64,
@@ -84,14 +84,14 @@ impl BathState {
         Some(at(high))
     }
 
-    /// Time in which a small deviation of the temperature falls to 1/e \[time\]:
-    /// `1/(2 gamma + 3 zeta/2)`.
+    /// Computes the time in which a small deviation of the temperature falls to 1/e \[time\]: `1/(2
+    /// gamma + 3 zeta/2)`.
     pub fn relaxation_time(&self) -> f64 {
         1.0 / (2.0 * self.drag + 1.5 * self.cooling_rate)
     }
 
-    /// Spectrum of shear modes over the spectrum of thermal noise at the temperature of the gas,
-    /// `S_perp(k) = 1 + (zeta/2)/(gamma + nu k^2)`, with the kinematic viscosity nu
+    /// Computes the shear-mode spectrum over that of thermal noise at the temperature of the gas,
+    /// `S_perp(k) = 1 + (zeta/2)/(gamma + nu k^2)`, nu being the kinematic viscosity
     /// \[length^2/time\].
     ///
     /// Linear fluctuating hydrodynamics: a mode decays at `gamma + nu k^2`; viscous noise of the
@@ -106,13 +106,13 @@ impl BathState {
         1.0 + 0.5 * self.cooling_rate / self.shear_decay(viscosity, wave_number)
     }
 
-    /// Rate at which a shear mode decays \[1/time\], `gamma + nu k^2`.
+    /// Computes the decay rate of a shear mode \[1/time\], `gamma + nu k^2`.
     pub fn shear_decay(&self, viscosity: f64, wave_number: f64) -> f64 {
         self.drag + viscosity * wave_number * wave_number
     }
 }
 
-/// Fourth cumulant a2 where the drag is `drag` over the cooling rate of a Maxwellian.
+/// Computes the fourth cumulant a2 for a drag given in units of the cooling rate of a Maxwellian.
 fn fourth_cumulant(dimension: usize, restitution: f64, drag: f64) -> f64 {
     let (d, r) = (dimension as f64, restitution);
     let noise = 73.0 + 56.0 * d - (24.0 * d + 105.0) * r + 30.0 * r * r * (1.0 - r);

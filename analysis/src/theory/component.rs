@@ -1,4 +1,4 @@
-//! Species of a mixture in kinetic theory.
+//! Species of a mixture in kinetic theory: mass, diameter and number density.
 
 /// Species of a mixture: size, mass and number density.
 #[derive(Clone, Copy, Debug, PartialEq)]

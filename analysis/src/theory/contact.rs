@@ -1,4 +1,4 @@
-//! Contact values of mixtures.
+//! Contact values of the pair correlation in mixtures of disks or spheres, from equations of state.
 
 use std::f64::consts::PI;
 
@@ -7,17 +7,17 @@ use stosszahl_model::{InvalidValue, kinetic};
 use super::component::Component;
 use super::error::TheoryError;
 
-/// Effect of density on collision rates.
+/// Contact values χ to use: how density changes collision rates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactValues {
-    /// No effect of density: contact values are one.
+    /// Dilute gas: all contact values are one.
     Dilute,
-    /// Contact values of Santos, Yuste & López de Haro (1999) in the plane, Boublík (1970) and
-    /// Mansoori et al. (1971) in space.
+    /// Enskog gas: contact values of Santos, Yuste & López de Haro (1999) in the plane, Boublík
+    /// (1970) and Mansoori et al. (1971) in space.
     Enskog,
 }
 
-/// Computes the contact values of all pairs, by rows.
+/// Computes the contact values of all pairs of species, row by row.
 ///
 /// # Errors
 /// [`TheoryError::Invalid`] if the packing fraction is too high.

@@ -1,5 +1,5 @@
 //! Collision and cooling rates of the homogeneous cooling state over those of Maxwellian
-//! velocities.
+//! velocities, from Sonine expansions.
 
 use stosszahl_model::Constant;
 
@@ -8,29 +8,32 @@ use super::contact::ContactValues;
 use super::error::TheoryError;
 use super::mixture::MaxwellianMixture;
 
-/// Collisions per particle after which the velocities of a cooling gas have their final form.
+/// Collisions per particle after which the scaled velocity distribution of a cooling gas is
+/// stationary.
 const SETTLED: f64 = 40.0;
-/// Collisions per particle at the end of the span that the rates are taken from.
+/// Collisions per particle at the end of the interval from which the rates are fitted.
 const END: f64 = 100.0;
 
-/// Factors by which velocities of the homogeneous cooling state change rates under molecular
-/// chaos, against Maxwellian velocities of the same temperature; the same at all densities.
+/// Factors by which collision and cooling rates of the homogeneous cooling state differ from those
+/// of Maxwellian velocities at equal temperature, under molecular chaos. They do not depend on
+/// density.
 ///
 /// To first order in the fourth cumulant a2 they are `1 - a2/16` for collisions, `1 + a2/4` for the
 /// squared relative speed of colliding pairs, `1 + 3 a2/16` for the cooling rate, and `1 - 3 a2/16`
 /// for the cooling rate at a given squared speed of pairs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoolingFactors {
-    /// Collision rate over that of Maxwellian velocities.
+    /// Collision rate of the cooling state over that of Maxwellian velocities.
     pub collision_rate: f64,
-    /// Mean squared relative speed of colliding pairs, over that of Maxwellian velocities.
+    /// Mean squared relative speed of colliding pairs in the cooling state, over that of Maxwellian
+    /// velocities.
     pub pair_speed: f64,
 }
 
 impl CoolingFactors {
     /// Computes the factors for equal particles of constant restitution in two or three dimensions,
-    /// from their cooling in a Sonine expansion of `orders` ([`MaxwellianMixture::expand`]) between
-    /// 40 and 100 collisions of each particle. Elastic particles have ones.
+    /// from a Sonine expansion of `orders` ([`MaxwellianMixture::expand`]) between 40 and 100
+    /// collisions of each particle. For elastic particles they are 1.
     ///
     /// # Errors
     /// [`TheoryError`] if the dimension, the restitution or the order is out of range, or the
@@ -63,9 +66,9 @@ impl CoolingFactors {
         Ok(Self::fitted_between(before, after, share, cooling))
     }
 
-    /// Computes the factors from the time, temperature and collisions per particle of a cooling gas
-    /// at two times: the logarithm of the temperature falls by `share` with each collision of
-    /// Maxwellian velocities, and its inverse root grows by `cooling/2` with time.
+    /// Computes the factors from time, temperature and collisions per particle of a cooling gas at
+    /// two times. For Maxwellian velocities, ln T falls by `share` with each collision, and
+    /// 1/sqrt(T) grows by `cooling/2` per time.
     fn fitted_between(before: [f64; 3], after: [f64; 3], share: f64, cooling: f64) -> Self {
         let [time, temperature, collisions] = after;
         let fall = (before[1] / temperature).ln();
@@ -78,13 +81,14 @@ impl CoolingFactors {
         }
     }
 
-    /// Cooling rate over that of Maxwellian velocities: the product of both factors.
+    /// Computes the cooling rate over that of Maxwellian velocities: the product of
+    /// `collision_rate` and `pair_speed`.
     pub fn cooling_rate(&self) -> f64 {
         self.collision_rate * self.pair_speed
     }
 
-    /// Cooling rate over that of Maxwellian velocities of the same squared relative speed of
-    /// colliding pairs, instead of the same temperature: energy is lost as the power 3/2 of it.
+    /// Computes the cooling rate over that of Maxwellian velocities with equal squared relative
+    /// speed of colliding pairs. Energy is lost as the power 3/2 of that square.
     pub fn at_pair_speed(&self) -> f64 {
         self.collision_rate / self.pair_speed.sqrt()
     }

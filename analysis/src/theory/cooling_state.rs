@@ -1,4 +1,5 @@
-//! The homogeneous cooling state of a mixture: all temperatures fall together.
+//! Homogeneous cooling state of a mixture, in which all temperatures fall in proportion:
+//! temperature ratios, Haff's time and displacements in closed form.
 
 use stosszahl_model::{InvalidValue, Restitution};
 
@@ -11,7 +12,7 @@ use super::mixture::MaxwellianMixture;
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoolingState {
     dimension: usize,
-    /// Temperatures at time zero, by species \[energy\].
+    /// Temperature of each species at time zero \[energy\].
     pub temperatures: Vec<f64>,
     /// Haff's time `tau_0 = 2/xi` \[time\].
     pub time: f64,
@@ -22,9 +23,9 @@ pub struct CoolingState {
 }
 
 impl CoolingState {
-    /// Computes the state of a mixture at the mean temperature `mean` (by densities), found by
-    /// following its cooling from equal temperatures, `d ln T_k = -(xi_k - xi_1) ds`, until the
-    /// ratios no longer change.
+    /// Computes the cooling state of a mixture at the mean temperature `mean` (by densities). It
+    /// integrates `d ln T_k = -(xi_k - xi_1) ds` from equal temperatures until the ratios no longer
+    /// change.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] if the gas does not cool, the mean is not above zero, or the
@@ -89,7 +90,8 @@ impl CoolingState {
         Err(InvalidValue::new(name, span, "none").into())
     }
 
-    /// Creates the state from given temperatures, assumed to be in the cooling state.
+    /// Creates the cooling state from given temperatures \[energy\], whose ratios must be those of
+    /// the cooling state.
     pub fn from_temperatures<R: Restitution>(
         mixture: &MaxwellianMixture<R>,
         temperatures: Vec<f64>,
@@ -112,17 +114,17 @@ impl CoolingState {
         }
     }
 
-    /// Returns `2 tau_0^2 D T_k/(m_k beta)` and `beta = tau_0/tau_v`.
+    /// Computes the prefactor `2 tau_0^2 D T_k/(m_k beta)` of displacements of species k, and
+    /// `beta = tau_0/tau_v`.
     fn scale(&self, k: usize) -> (f64, f64) {
         let beta = self.time / self.relaxation[k];
         let thermal = self.dimension as f64 * self.temperatures[k] / self.masses[k];
         (2.0 * self.time * self.time * thermal / beta, beta)
     }
 
-    /// Mean squared displacement of species k from time `start` on, over a time `lag`:
-    /// `(2 tau_0^2 D T_k/(m_k beta)) (l - (1 - exp(-beta l))/beta)` with
-    /// `l = ln(1 + lag/(tau_0 + start))` and `beta = tau_0/tau_v`: Bodrova & Osinsky (2024),
-    /// Eq. 22.
+    /// Computes the mean squared displacement \[length^2\] of species k from time `start` over a
+    /// time `lag`: `(2 tau_0^2 D T_k/(m_k beta)) (l - (1 - exp(-beta l))/beta)`, with `l = ln(1 +
+    /// lag/(tau_0 + start))` and `beta = tau_0/tau_v` (Bodrova & Osinsky (2024), Eq. 22).
     pub fn displacement(&self, k: usize, start: f64, lag: f64) -> f64 {
         let (scale, beta) = self.scale(k);
         let l = (lag / (self.time + start)).ln_1p();
@@ -136,9 +138,9 @@ impl CoolingState {
         scale * delayed / beta
     }
 
-    /// Mean squared displacement over a lag, averaged over all starts up to `total - lag`:
-    /// `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`, by the trapezoidal rule in
-    /// `ln(tau_0 + s)`.
+    /// Computes the mean squared displacement \[length^2\] of species k over a lag, averaged over
+    /// start times up to `total - lag`: `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2>
+    /// ds`, by the trapezoidal rule in `ln(tau_0 + s)`.
     pub fn time_averaged(&self, k: usize, lag: f64, total: f64) -> f64 {
         let span = total - lag;
         let steps = 4000;
@@ -152,8 +154,8 @@ impl CoolingState {
         sum * end / f64::from(steps) / span
     }
 
-    /// Velocity autocorrelation `<v(0).v(t)> = (D T_k/m_k) (1 + t/tau_0)^(-tau_0/tau_v - 1)`
-    /// \[length^2/time^2\].
+    /// Computes the velocity autocorrelation of species k, `<v(0).v(t)> = (D T_k/m_k) (1 +
+    /// t/tau_0)^(-tau_0/tau_v - 1)` \[length^2/time^2\].
     pub fn velocity_correlation(&self, k: usize, time: f64) -> f64 {
         let (_, beta) = self.scale(k);
         let thermal = self.dimension as f64 * self.temperatures[k] / self.masses[k];

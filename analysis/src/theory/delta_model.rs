@@ -1,9 +1,10 @@
-//! Steady state of the Delta model under molecular chaos.
+//! Steady temperature of the Delta model under molecular chaos, from the energy balance of
+//! Maxwellian velocities.
 
 use std::f64::consts::PI;
 
-/// Temperature `T/(m Delta^2)` at which the energy that Maxwellian velocities lose and gain in
-/// contacts balances, in any dimension and at any density; `None` at r = 1, where the gas heats for
+/// Computes the temperature `T/(m Delta^2)` at which contacts dissipate and add equal energy, for
+/// Maxwellian velocities in any dimension at any density. `None` at r = 1, where the gas heats for
 /// ever.
 ///
 /// With x = sqrt(T/m)/Delta the balance is `(1 - r^2) x^2 - r sqrt(pi) x - 1 = 0` (R. Brito, D.

@@ -27,24 +27,24 @@ use stosszahl_model::transport::{
     DILUTE_VISCOSITY, VISCOSITY_ORDERS, bulk_viscosity, self_diffusion,
 };
 
-/// Heat conductivity of dilute elastic disks in all Sonine orders over that in first order (Gass
+/// Heat conductivity of dilute elastic disks in all Sonine orders, over that in first order (Gass
 /// 1971).
 pub const CONDUCTIVITY_ORDERS: f64 = 1.029;
 
-/// Parts of a transport coefficient.
+/// Transport coefficient, split into kinetic, cross and collisional part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoefficientParts {
-    /// Kinetic part: transport by moving disks.
+    /// Kinetic part: transport by the motion of disks between collisions.
     pub kinetic: f64,
     /// Cross part: correlation of the kinetic and the collisional flux.
     pub cross: f64,
-    /// Collisional part: transport over the distance of two centres.
+    /// Collisional part: transport over the distance of two centres in collisions.
     pub collisional: f64,
 }
 
 impl CoefficientParts {
-    /// Splits `(dilute/chi)(1 + share)²` into its three terms and adds `beyond` to the collisional
-    /// part.
+    /// Splits `(dilute/chi)(1 + share)²` into kinetic, cross and collisional part, and adds
+    /// `beyond` to the collisional one.
     fn new(dilute: f64, contact_value: f64, share: f64, beyond: f64) -> Self {
         let kinetic = dilute / contact_value;
         Self {
@@ -54,28 +54,28 @@ impl CoefficientParts {
         }
     }
 
-    /// Sum of the parts.
+    /// Returns the whole coefficient: the sum of its three parts.
     pub fn sum(&self) -> f64 {
         self.kinetic + self.cross + self.collisional
     }
 }
 
-/// Transport coefficients of the elastic fluid of disks.
+/// Fluid of elastic disks, whose Enskog transport coefficients are computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElasticDisks {
-    /// Packing fraction phi.
+    /// Packing fraction phi of the disks.
     pub packing_fraction: f64,
-    /// Contact value chi.
+    /// Contact value chi of the pair correlation function.
     pub contact_value: f64,
 }
 
 impl ElasticDisks {
-    /// Self-diffusion coefficient \[d sqrt(T/m)\], three Sonine orders.
+    /// Computes the self-diffusion coefficient \[d sqrt(T/m)\] in three Sonine orders.
     pub fn self_diffusion(&self) -> f64 {
         self_diffusion(self.packing_fraction, self.contact_value)
     }
 
-    /// Shear viscosity \[sqrt(m T)/d\].
+    /// Computes the shear viscosity \[sqrt(m T)/d\] in Enskog theory.
     ///
     /// ```
     /// use stosszahl_analysis::theory::ElasticDisks;
@@ -95,12 +95,13 @@ impl ElasticDisks {
         )
     }
 
-    /// Bulk viscosity \[sqrt(m T)/d\], all of it collisional.
+    /// Computes the bulk viscosity \[sqrt(m T)/d\] in Enskog theory; it has a collisional part
+    /// only.
     pub fn bulk_viscosity(&self) -> f64 {
         bulk_viscosity(self.packing_fraction, self.contact_value, 1.0)
     }
 
-    /// Heat conductivity \[sqrt(T/m)/d\].
+    /// Computes the heat conductivity \[sqrt(T/m)/d\] in Enskog theory.
     pub fn heat_conductivity(&self) -> CoefficientParts {
         let share = 1.5 * self.packing_fraction * self.contact_value;
         let dilute = CONDUCTIVITY_ORDERS * 2.0 / PI.sqrt();

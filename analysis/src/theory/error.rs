@@ -1,22 +1,22 @@
-//! Errors of the kinetic theory.
+//! Error type of the kinetic theory.
 
 use stosszahl_model::InvalidValue;
 
-/// Reason why a curve cannot be computed.
+/// Error of a computation in kinetic theory: invalid parameters, or a failed integration.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TheoryError {
-    /// A number out of range.
+    /// A parameter of the theory is out of its range.
     #[error(transparent)]
     Invalid(#[from] InvalidValue),
-    /// The integration failed.
+    /// The integration of the differential equations failed.
     #[error(
         "the integration stopped at {at} with steps of {step}: the solution is not smooth there"
     )]
     Integration {
-        /// Value of the independent variable.
+        /// Value of the independent variable at which the integration failed.
         at: f64,
-        /// Length of the last step tried.
+        /// Length of the last integration step tried.
         step: f64,
     },
 }

@@ -1,31 +1,32 @@
-//! An adaptive integrator of ordinary differential equations with control of its error.
+//! Adaptive Runge-Kutta integrator of ordinary differential equations, by the embedded pair of
+//! Dormand & Prince.
 
 use super::error::TheoryError;
 
-/// Error allowed in each step.
+/// Error allowed in each integration step: relative and absolute.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Relative tolerance: share of a value.
+    /// Relative tolerance, as a share of the value.
     pub relative: f64,
-    /// Absolute tolerance, in the units of the values.
+    /// Absolute tolerance, in the units of the integrated values.
     pub absolute: f64,
 }
 
-/// Work of an integration, in numbers of steps that do not depend on the machine.
+/// Numbers of accepted and rejected steps of an integration: a machine-independent measure of work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct IntegrationWork {
-    /// Number of accepted steps.
+    /// Number of accepted integration steps.
     pub steps: u64,
-    /// Number of rejected steps, whose error was too large.
+    /// Number of rejected integration steps, whose error was too large.
     pub rejected: u64,
 }
 
-/// Most steps of one integration.
+/// Largest number of steps in one call of `advance`.
 const STEPS: u64 = 10_000_000;
 
 /// Coefficients of Dormand & Prince, J. Comput. Appl. Math. 6, 19 (1980),
-/// doi:10.1016/0771-050X(80)90013-3: nodes, stages (the last row is also the solution of fifth
-/// order), and its difference from that of fourth order.
+/// doi:10.1016/0771-050X(80)90013-3. First the nodes, then the stages (the last row is the
+/// fifth-order solution), then its difference from the fourth-order one.
 const NODES: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
 const STAGES: [[f64; 6]; 7] = [
     [0.0; 6],
@@ -67,7 +68,7 @@ const DIFFERENCE: [f64; 7] = [
     -1.0 / 40.0,
 ];
 
-/// Integrator of an initial value problem: `dy/dx = slope(x, y)`.
+/// Adaptive integrator of an initial value problem `dy/dx = slope(x, y)`.
 ///
 /// The embedded pair of Dormand & Prince, orders 5 and 4. A step is kept if the largest of the
 /// errors over `absolute + relative |y|` is at most one, and the next one has `0.9 error^(-1/5)` of
@@ -85,7 +86,8 @@ pub struct Integrator<F> {
 }
 
 impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
-    /// Creates a problem with its start; `first` is the length of the first step tried.
+    /// Creates the integration of `dy/dx = slope(x, y)` from the initial values `y` at `x`; `first`
+    /// is the length of the first step tried.
     pub fn new(slope: F, x: f64, y: Vec<f64>, first: f64, tolerance: Tolerance) -> Self {
         let zeros = vec![0.0; y.len()];
         Self {
@@ -101,22 +103,22 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
         }
     }
 
-    /// Returns the current values.
+    /// Returns the current values y.
     pub fn values(&self) -> &[f64] {
         &self.y
     }
 
-    /// Current value of the independent variable x.
+    /// Returns the current value of the independent variable x.
     pub fn at(&self) -> f64 {
         self.x
     }
 
-    /// Returns the work done.
+    /// Returns the numbers of accepted and rejected steps so far.
     pub fn work(&self) -> IntegrationWork {
         self.work
     }
 
-    /// Integrates up to `end` and returns the values there.
+    /// Integrates up to x = `end` and returns the values there.
     ///
     /// # Errors
     /// [`TheoryError::Integration`] if a step falls below the resolution of x, values are no longer
@@ -126,7 +128,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
             let rest = end - self.x;
             let whole = self.step < rest;
             let step = if whole { self.step } else { rest };
-            let error = self.attempt(step);
+            let error = self.try_step(step);
             let lost = |x: f64| TheoryError::Integration { at: x, step };
             if self.work.steps + self.work.rejected > STEPS {
                 return Err(lost(self.x));
@@ -156,8 +158,9 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> Integrator<F> {
         Ok(&self.y)
     }
 
-    /// Tries a step: leaves its end in `trial` and returns its error over the tolerance.
-    fn attempt(&mut self, step: f64) -> f64 {
+    /// Tries an integration step: stores its result in `trial` and returns its error over the
+    /// tolerance.
+    fn try_step(&mut self, step: f64) -> f64 {
         let count = self.y.len();
         if self.fresh {
             let [first, ..] = &mut self.slopes;

@@ -1,4 +1,4 @@
-//! Homogeneous mixtures of any number of species.
+//! Homogeneous mixtures of any number of species: cooling and diffusion for Maxwellian velocities.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use super::contact::{self, ContactValues};
 use super::error::TheoryError;
 use super::integrate::{Integrator, Tolerance};
 
-/// Number of nodes of the quadrature over the normal approach speeds of colliding pairs.
+/// Number of quadrature nodes over the normal approach speeds of colliding pairs.
 const NODES: i32 = 40;
 
 /// Kinetic equations of a homogeneous mixture whose species have Maxwellian velocities.
@@ -27,30 +27,31 @@ pub struct MaxwellianMixture<R> {
     dimension: usize,
     components: Vec<Component>,
     law: R,
-    /// Factors `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` by rows: hit species k, partner i.
+    /// Collision rate factors `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` as rows of a matrix: row of
+    /// the particle's species k, column of the partner's species i.
     rates: Vec<f64>,
-    /// Nodes of the quadrature that averages restitution over collisions: normal approach speed g
-    /// of the pair over S, the standard deviation of a component of its relative velocity, and
-    /// weight; the weights add up to 1.
+    /// Quadrature nodes over the normal approach speed, for averages of the restitution. Each has
+    /// the speed over S, the standard deviation of a component of the relative velocity, and a
+    /// weight; weights add up to 1.
     nodes: Vec<(f64, f64)>,
-    /// True if restitution is constant for all speeds.
+    /// True if the coefficient of restitution does not depend on speed.
     constant: bool,
 }
 
-/// Rates of one species at given temperatures.
+/// Velocity decay, cooling and collision rate of one species at given temperatures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpeciesRates {
-    /// Decay rate of velocities, `nu_k` \[1/time\].
+    /// Decay rate of the velocity correlation of the species, `nu_k` \[1/time\].
     pub velocity: f64,
-    /// Cooling rate, `xi_k = -d ln T_k/dt` \[1/time\].
+    /// Cooling rate of the species, `xi_k = -d ln T_k/dt` \[1/time\].
     pub cooling: f64,
-    /// Collision rate of one particle \[1/time\].
+    /// Collision rate of one particle of the species \[1/time\].
     pub collisions: f64,
 }
 
 impl<R: Restitution> MaxwellianMixture<R> {
     /// Creates a mixture in two or three dimensions; `law.between([k, i], g)` is the restitution of
-    /// a pair.
+    /// a pair of species at normal approach speed g.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] if there is no component, the dimension is another, a mass or
@@ -136,29 +137,32 @@ impl<R: Restitution> MaxwellianMixture<R> {
         self.dimension
     }
 
-    /// Returns `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` for species k hit by i.
+    /// Returns the collision rate factor `n_i d^(D-1) chi Omega_D sqrt(2/pi)/D` of particles of
+    /// species k with partners of species i.
     pub(super) fn base(&self, k: usize, i: usize) -> f64 {
         self.rates[k * self.components.len() + i]
     }
 
-    /// Returns true if restitution is constant for all speeds.
+    /// Returns true if the coefficient of restitution does not depend on speed.
     pub fn is_constant(&self) -> bool {
         self.constant
     }
 
-    /// Returns the nodes of the quadrature over speeds, in units of S, with the weights of the mean
-    /// with `y exp(-y)`, `y = g^2/(2 S^2)`.
+    /// Returns the quadrature nodes over approach speeds in units of S, for averages with the
+    /// weight `y exp(-y)`, `y = g^2/(2 S^2)`.
     pub(super) fn nodes(&self) -> &[(f64, f64)] {
         &self.nodes
     }
 
-    /// Coefficient of restitution of a pair.
+    /// Returns the coefficient of restitution of a pair of species at a normal approach speed.
     pub(super) fn between(&self, kinds: [u32; 2], speed: f64) -> f64 {
         self.law.pair_restitution(kinds, speed)
     }
 
-    /// Returns the means of 1 + e and of its square over the collisions of a pair.
-    fn means(&self, kinds: [u32; 2], spread: f64) -> [f64; 2] {
+    /// Computes the means of 1 + e and of its square over the collisions of a pair of species, e
+    /// being the restitution. `spread` is the standard deviation of a component of the relative
+    /// velocity.
+    fn restitution_means(&self, kinds: [u32; 2], spread: f64) -> [f64; 2] {
         if self.constant {
             let once = 1.0 + self.law.pair_restitution(kinds, 1.0);
             return [once, once * once];
@@ -172,7 +176,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         sums
     }
 
-    /// Computes the rates of species k at the given temperatures.
+    /// Computes velocity decay, cooling and collision rate of species k at the given temperatures.
     pub fn rates(&self, k: usize, temperatures: &[f64]) -> SpeciesRates {
         let count = self.components.len();
         let (hit, t) = (&self.components[k], temperatures[k]);
@@ -183,7 +187,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
                 continue;
             }
             let spread = (t / hit.mass + other / partner.mass).sqrt();
-            let [once, twice] = self.means([k as u32, i as u32], spread);
+            let [once, twice] = self.restitution_means([k as u32, i as u32], spread);
             let share = partner.mass / (hit.mass + partner.mass);
             let theta = (t * partner.mass + other * hit.mass) / (t * (hit.mass + partner.mass));
             let hits = base * spread;
@@ -195,17 +199,17 @@ impl<R: Restitution> MaxwellianMixture<R> {
         rates
     }
 
-    /// Rate of collisions of a particle of species k with others of its species \[1/time\], at a
-    /// temperature of the species: `4 n d^2 chi sqrt(pi T/m)` in space, `2 n d chi sqrt(pi T/m)` in
-    /// the plane.
+    /// Computes the rate of collisions of a particle of species k with others of its species
+    /// \[1/time\], at their temperature: `4 n d^2 chi sqrt(pi T/m)` in space, `2 n d chi sqrt(pi
+    /// T/m)` in the plane.
     pub fn like_collisions(&self, k: usize, temperature: f64) -> f64 {
         let spread = (2.0 * temperature / self.components[k].mass).sqrt();
         0.5 * self.dimension as f64 * self.base(k, k) * spread
     }
 
-    /// Temperatures, velocity-displacement correlations `C_k = <R.v>`, mean squared displacements,
-    /// correlations of the velocity and collisions at the given times, which do not fall, from
-    /// given temperatures at time zero, when all others are zero.
+    /// Computes the state of the mixture at given times in rising order, by integration from given
+    /// temperatures at time zero: temperatures, displacements, velocity correlations and
+    /// collisions.
     ///
     /// `dC_k/dt = D T_k/m_k - nu_k C_k` and `d<R_k^2>/dt = 2 C_k`, which is exact for velocity
     /// correlations that decay exponentially in the number of collisions.
@@ -262,7 +266,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         Ok(found)
     }
 
-    /// Checks that there is one temperature above zero for each species.
+    /// Checks that there is one temperature for each species, and that all are above zero.
     pub(super) fn check_temperatures(&self, temperatures: &[f64]) -> Result<(), TheoryError> {
         for &t in temperatures {
             InvalidValue::unless_positive("temperature", t)?;
@@ -274,7 +278,8 @@ impl<R: Restitution> MaxwellianMixture<R> {
         Ok(())
     }
 
-    /// Mean of a quantity over all particles, species by their densities.
+    /// Computes the mean of a quantity over all particles: the values of the species, weighted with
+    /// their densities.
     pub fn average(&self, values: &[f64]) -> f64 {
         let total: f64 = self.components.iter().map(|c| c.density).sum();
         let sum: f64 = self
@@ -287,21 +292,21 @@ impl<R: Restitution> MaxwellianMixture<R> {
     }
 }
 
-/// State of a mixture at one time; lists are by species.
+/// State of a mixture at one time; all lists have one entry for each species.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
     /// Time of the state \[time\].
     pub time: f64,
-    /// Temperatures `T_k = m_k <v_k^2>/D` \[energy\].
+    /// Temperature of each species, `T_k = m_k <v_k^2>/D` \[energy\].
     pub temperatures: Vec<f64>,
-    /// Velocity-displacement correlations `<R_k . v_k>`.
+    /// Velocity-displacement correlation of each species, `<R_k . v_k>` \[length^2/time\].
     pub correlations: Vec<f64>,
-    /// Mean squared displacements `<R_k^2>`.
+    /// Mean squared displacement of each species, `<R_k^2>` \[length^2\].
     pub displacements: Vec<f64>,
-    /// Velocity autocorrelations `<v_k(0) . v_k>/<v_k(0)^2>`.
+    /// Normalised velocity autocorrelation of each species, `<v_k(0) . v_k>/<v_k(0)^2>`.
     pub kept: Vec<f64>,
-    /// Collisions of one particle of species k since time zero.
+    /// Collisions of one particle of each species since time zero.
     pub collisions: Vec<f64>,
-    /// Fourth cumulants, `D <v^4>/((D + 2) <v^2>^2) - 1`.
+    /// Fourth cumulant of each species, `D <v^4>/((D + 2) <v^2>^2) - 1`.
     pub fourth_cumulants: Vec<f64>,
 }

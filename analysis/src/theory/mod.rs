@@ -1,4 +1,5 @@
-//! Kinetic theory of homogeneous gases: curves against which simulations are tested.
+//! Kinetic theory of homogeneous gases and simple flows: curves against which simulations are
+//! tested.
 //!
 //! | module | question |
 //! |---|---|
@@ -15,8 +16,8 @@
 //! | [`uniform_shear`] | which temperature and stress does a dilute gas reach in a shear flow? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
-//! All of it but [`sonine`] and [`cooling_factors`] takes velocities for Maxwellian (first Sonine order); how far a gas is
-//! from that is measured by its fourth cumulant.
+//! All of it but [`sonine`] and [`cooling_factors`] takes velocities for Maxwellian (first Sonine
+//! order); how far a gas is from that is measured by its fourth cumulant.
 
 pub mod barometric;
 pub mod bath;

@@ -1,4 +1,5 @@
-//! Gases of rough particles: temperatures of translation and of rotation.
+//! Cooling of gases of rough particles, by coupled equations for the temperatures of translation
+//! and rotation.
 //!
 //! For Maxwellian velocities and spins ([`RoughGas::expand`] goes beyond), with the coefficients of
 //! normal restitution e and of tangential restitution beta, q = I/(m R^2) and eta = q (1 + beta)/(2
@@ -26,47 +27,48 @@ use super::integrate::{Integrator, Tolerance};
 /// Homogeneous gas of equal rough particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughGas {
-    /// Rate G of the module page, for the mass one \[1/(time sqrt(energy))\].
+    /// Collision prefactor G of the equations in the module page, for mass one \[1/(time
+    /// sqrt(energy))\].
     rate: f64,
-    /// Coefficient A of the module page.
+    /// Coefficient A of the equations in the module page: loss of translational energy.
     loss: f64,
-    /// Coefficient B of the module page.
+    /// Coefficient B of the equations in the module page: exchange between translation and
+    /// rotation.
     exchange: f64,
-    /// Coefficient C of the module page.
+    /// Coefficient C of the equations in the module page: loss of rotational energy.
     return_loss: f64,
-    /// Degrees of freedom of translation for each one of rotation.
+    /// Degrees of freedom of translation over those of rotation.
     degrees: f64,
     collision_rate: f64,
-    /// Number of directions of translation, for expansions.
+    /// Number of velocity components, for Sonine expansions.
     pub(super) dimension: usize,
-    /// Number of directions of rotation, for expansions.
+    /// Number of spin components, for Sonine expansions.
     pub(super) rotations: usize,
-    /// Coefficient of normal restitution, for expansions.
+    /// Coefficient of normal restitution, for Sonine expansions.
     pub(super) restitution: f64,
-    /// Parameters eta and q of the surface, for expansions.
+    /// Surface parameters eta and q of the module page, for Sonine expansions.
     pub(super) surface: [f64; 2],
 }
 
-/// Temperatures of translation and of rotation \[energy\].
+/// Temperatures of translation and of rotation of a gas of rough particles \[energy\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Temperatures {
-    /// Temperature of translation, m <v^2>/D.
+    /// Temperature of translation, m <v^2>/D \[energy\].
     pub translation: f64,
-    /// Temperature of rotation, I <w^2> over the number of spin components.
+    /// Temperature of rotation, I <w^2> over the number of spin components \[energy\].
     pub rotation: f64,
 }
 
 impl Temperatures {
-    /// Energy of translation and rotation per particle in the space `S` \[energy\].
+    /// Computes the kinetic energy per particle, of translation and rotation, in the space `S`
+    /// \[energy\].
     pub fn energy<S: Space>(self) -> f64 {
         0.5 * (S::DIMENSION as f64 * self.translation + S::ROTATIONS as f64 * self.rotation)
     }
 }
 
 impl RoughGas {
-    /// Creates a gas of particles with the given coefficient of normal restitution and surface, of
-    /// mass `mass` and diameter `diameter` at the number density `density`, with the pair
-    /// correlation `contact_value` at contact.
+    /// Creates a gas of equal rough particles; `contact_value` is the pair correlation at contact.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] if restitution is not in 0 to 1, or another number is not
@@ -116,12 +118,12 @@ impl RoughGas {
         })
     }
 
-    /// Collision rate of a particle at a temperature of translation \[1/time\].
+    /// Computes the collision rate of a particle at a temperature of translation \[1/time\].
     pub fn collision_rate(&self, translation: f64) -> f64 {
         self.collision_rate * translation.sqrt()
     }
 
-    /// Returns the rates of change of both temperatures \[energy/time\].
+    /// Computes the time derivatives of both temperatures \[energy/time\].
     pub fn slopes(&self, now: Temperatures) -> Temperatures {
         let Temperatures {
             translation,
@@ -136,7 +138,7 @@ impl RoughGas {
         }
     }
 
-    /// Computes the temperatures at some times after a start, in order.
+    /// Computes both temperatures at given times after the start, in rising order, by integration.
     ///
     /// # Errors
     /// [`TheoryError::Integration`] if the integration fails before the last time.
@@ -170,9 +172,9 @@ impl RoughGas {
         times.iter().map(at).collect()
     }
 
-    /// Ratio of the temperatures of rotation and translation that cooling leads to: the
-    /// positive root x of f (B/x - C) = B x - A. `None` for perfectly smooth particles, which keep
-    /// their spins.
+    /// Computes the ratio of rotational to translational temperature at late times: the positive
+    /// root x of f (B/x - C) = B x - A. `None` for perfectly smooth particles, which keep their
+    /// spins.
     pub fn late_ratio(&self) -> Option<f64> {
         let (a, b, c) = (self.loss, self.exchange, self.degrees * self.return_loss);
         if b == 0.0 {

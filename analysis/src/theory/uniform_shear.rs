@@ -31,24 +31,24 @@ use super::integrate::{Integrator, Tolerance};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UniformShear {
     dimension: f64,
-    /// Relaxation rate of the pressure tensor over `nu_0`.
+    /// Relaxation rate of the pressure tensor, over `nu_0` of the elastic gas.
     beta: f64,
-    /// Cooling rate over `nu_0`.
+    /// Cooling rate, over `nu_0` of the elastic gas.
     zeta: f64,
 }
 
-/// State of a sheared gas at one time.
+/// State of a gas at one time after uniform shear begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShearedMoment {
-    /// Temperature over the temperature of the start.
+    /// Temperature over the initial temperature.
     pub temperature: f64,
-    /// Integral of `sqrt(T/T(0))` over time since the start \[time\]: collisions of a particle over
-    /// the collision rate of the start.
+    /// Integral of `sqrt(T/T(0))` over time since the start \[time\]: collisions per particle over
+    /// the initial collision rate.
     pub elapsed: f64,
 }
 
 impl UniformShear {
-    /// Creates the flow of a gas in 2 or 3 dimensions with a coefficient of restitution.
+    /// Creates a shear flow of a gas in 2 or 3 dimensions with a coefficient of restitution.
     pub fn new(dimension: usize, restitution: f64) -> Self {
         let d = dimension as f64;
         Self {
@@ -58,8 +58,8 @@ impl UniformShear {
         }
     }
 
-    /// Relaxation rate `nu_0` of the elastic dilute gas at T = m = 1 \[1/time\]: n T over its
-    /// viscosity, with the density n and the diameter d.
+    /// Computes the relaxation rate `nu_0` of the elastic dilute gas at T = m = 1 \[1/time\]: n T
+    /// over its viscosity, for a number density and a diameter.
     pub fn relaxation_rate(dimension: usize, density: f64, diameter: f64) -> f64 {
         if dimension == 2 {
             2.0 * density * diameter * PI.sqrt()
@@ -68,33 +68,34 @@ impl UniformShear {
         }
     }
 
-    /// Shear rate a* over `nu_0` of the steady state; 0 for elastic particles, which the flow heats
-    /// for ever.
+    /// Computes the shear rate a* over `nu_0` in the steady state; 0 for elastic particles, which
+    /// the flow heats for ever.
     pub fn reduced_rate(&self) -> f64 {
         (0.5 * self.dimension * self.zeta / self.beta).sqrt() * (self.beta + self.zeta)
     }
 
-    /// Shear stress `-P_xy/(n T)` of the steady state, for a flow with a > 0.
+    /// Computes the shear stress `-P_xy/(n T)` of the steady state, for a flow with a > 0.
     pub fn shear_stress(&self) -> f64 {
         self.beta * self.reduced_rate() / (self.beta + self.zeta).powi(2)
     }
 
-    /// Normal stresses along the flow, along its gradient, and across both, over n T, in the steady
-    /// state.
+    /// Computes the normal stresses over n T in the steady state: along the flow, along its
+    /// gradient, and across both.
     pub fn normal_stresses(&self) -> [f64; 3] {
         let across = self.beta / (self.beta + self.zeta);
         let along = self.dimension - (self.dimension - 1.0) * across;
         [along, across, across]
     }
 
-    /// Temperature \[m/time^2 of `relaxation`\] of the steady state at a shear rate, with
-    /// `relaxation` the rate `nu_0` at T = m = 1; infinite for elastic particles.
+    /// Computes the steady temperature at a shear rate, in the unit of \[m/time^2 of
+    /// `relaxation`\]; `relaxation` is the rate `nu_0` at T = m = 1. Infinite for elastic
+    /// particles.
     pub fn temperature(&self, shear_rate: f64, relaxation: f64) -> f64 {
         (shear_rate / (self.reduced_rate() * relaxation)).powi(2)
     }
 
-    /// Course of an isotropic gas in which the flow begins: its state after `time`, with
-    /// `relaxation` the rate `nu_0` of the start.
+    /// Computes the state of an initially isotropic gas after shear has acted for `time`;
+    /// `relaxation` is the initial rate `nu_0`.
     ///
     /// # Errors
     /// [`TheoryError::Integration`] if numbers leave the range of floating point.

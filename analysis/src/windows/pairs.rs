@@ -1,31 +1,30 @@
-//! Impact parameters by the kind of pair, in a gas of several species.
+//! Impact parameters of colliding pairs by pair of species, in a gas of several species.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Collision;
 
-/// Pair of disk species.
+/// Pair of species with its contact distance and reduced mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairKind {
-    /// Numbers of the two species, from 0.
+    /// Indices of the two species, from 0.
     pub species: [usize; 2],
-    /// Distance of the centres of two disks at contact \[length\].
+    /// Contact distance: distance of the centres of two disks at contact \[length\].
     pub distance: f64,
-    /// Reduced mass m1 m2/(m1 + m2).
+    /// Reduced mass m1 m2/(m1 + m2) of the pair \[mass\].
     pub reduced_mass: f64,
 }
 
-/// Number of collisions by |b|/d, for each window of time and kind of pair.
+/// Histograms of |b|/d over collisions, one for each time window and pair of species.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairBins {
     kinds: Vec<PairKind>,
     bins: usize,
-    /// Counts by window, kind of pair and bin.
+    /// Numbers of collisions by time window, pair of species and bin.
     counts: Vec<u64>,
 }
 
 impl PairBins {
-    /// Creates empty bins of all pairs of the species, given by the radius and the mass of their
-    /// disks.
+    /// Creates empty histograms for all pairs of species, given by radius and mass of their disks.
     pub fn new(species: &[(f64, f64)], windows: usize, bins: usize) -> Self {
         let mut kinds = Vec::new();
         for (first, a) in species.iter().enumerate() {
@@ -44,18 +43,19 @@ impl PairBins {
         }
     }
 
-    /// Returns the kinds of pairs.
+    /// Returns all pairs of species, in the order of their histograms.
     pub fn kinds(&self) -> &[PairKind] {
         &self.kinds
     }
 
-    /// Returns the collisions of one kind of pair in one window, by |b|/d.
+    /// Returns the histogram of |b|/d of one pair of species in one time window.
     pub fn counts(&self, window: usize, kind: usize) -> &[u64] {
         let start = (window * self.kinds.len() + kind) * self.bins;
         &self.counts[start..start + self.bins]
     }
 
-    /// Counts a collision in a window, by the species of its pair.
+    /// Adds a collision with |b|/d = `impact` to the histogram of its pair of species in a time
+    /// window.
     pub(super) fn count(&mut self, window: usize, collision: &Collision, impact: f64) {
         let [a, b] = collision.species.map(|species| species as usize);
         let pair = [a.min(b), a.max(b)];

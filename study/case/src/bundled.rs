@@ -1,4 +1,4 @@
-//! Cases and papers that come with a program: a folder that is built into it.
+//! Cases and papers that are built into a program as a folder of files.
 
 use std::path::Path;
 
@@ -6,21 +6,21 @@ use include_dir::Dir;
 
 use crate::{CaseError, CaseFile, Format, nearest, read_text};
 
-/// The folder of cases, with papers in a folder `papers` inside it.
+/// Folder of bundled case files, with bundled papers in its subfolder `papers`.
 #[derive(Clone, Copy, Debug)]
 pub struct CaseBundle(pub &'static Dir<'static>);
 
-/// A case or paper that comes with the program.
+/// Bundled case or paper: a file built into the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Bundled {
-    /// Name of the case or paper: its file name without the ending.
+    /// Name of the bundled case or paper: its file name without the ending.
     pub name: &'static str,
-    /// Text of the file.
+    /// Text of the bundled file.
     pub text: &'static str,
 }
 
 impl Bundled {
-    /// Returns the question of the case: its first comment, up to the question mark.
+    /// Returns the question of the bundled case: its first comment, up to the question mark.
     pub fn question(self) -> String {
         crate::format::leading_question(self.text).unwrap_or_default()
     }
@@ -37,19 +37,19 @@ impl CaseBundle {
         self.0.get_dir("papers").map(files).unwrap_or_default()
     }
 
-    /// Returns the bundled case of this name.
+    /// Returns the bundled case with a given name; `None` if there is none.
     pub fn named(self, name: &str) -> Option<Bundled> {
         self.cases().into_iter().find(|one| one.name == name)
     }
 
-    /// Returns the name of a bundled case that is close to `given`, if there is one.
+    /// Returns the bundled case with a name similar to `given`; `None` if none is similar.
     pub fn close_to(self, given: &Path) -> Option<&'static str> {
         let name = given.file_stem()?.to_str()?;
         let cases = self.cases();
         nearest(name, cases.iter().map(|one| one.name))
     }
 
-    /// Returns the text of a case file, or of the bundled case of that name where there is no file.
+    /// Returns the text of a case file; if there is no file, of the bundled case of that name.
     ///
     /// # Errors
     /// [`CaseError::NoCase`] if there is neither; or the file cannot be read.
@@ -66,7 +66,7 @@ impl CaseBundle {
         }
     }
 
-    /// Reads a case file, or the bundled case of that name where there is no file.
+    /// Reads a case file; if there is no file, the bundled case of that name.
     ///
     /// # Errors
     /// As [`Self::text`] and [`Format::from_text`].
@@ -85,7 +85,7 @@ impl CaseBundle {
     }
 }
 
-/// Returns the files of a folder, sorted by name.
+/// Returns the files of a bundled folder, sorted by name.
 fn files(folder: &'static Dir<'static>) -> Vec<Bundled> {
     let one = |file: &'static include_dir::File<'static>| {
         let name = file.path().file_stem()?.to_str()?;

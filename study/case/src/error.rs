@@ -1,4 +1,4 @@
-//! Errors of case files, and where in the file they are.
+//! Errors of case files, with line and column in the file.
 
 use std::fmt::{self, Display, Formatter};
 use std::io;
@@ -8,57 +8,57 @@ use std::sync::Arc;
 
 use annotate_snippets::{AnnotationKind, Element, Level, Renderer, Snippet};
 
-/// Reason why a case could not be read.
+/// Error with which a case cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CaseError {
-    /// The file cannot be opened or read.
+    /// The case file cannot be opened or read.
     #[error("{}: the case file cannot be read: {source}", path.display())]
     Unreadable {
-        /// The case file.
+        /// Path of the case file.
         path: PathBuf,
-        /// Error of the operating system.
+        /// Error of the operating system when it was read.
         source: io::Error,
     },
-    /// There is neither a file nor a bundled case of this name.
-    #[error("{}: there is no such file, and no bundled case of that name{}; `stosszahl cases` lists them", path.display(), asked(*close))]
+    /// There is neither a file nor a bundled case of the given name.
+    #[error("{}: there is no such file, and no bundled case of that name{}; `stosszahl cases` lists them", path.display(), did_you_mean(*close))]
     NoCase {
-        /// Path as given.
+        /// Path or name of the case as given.
         path: PathBuf,
-        /// Name of a similar bundled case, if there is one.
+        /// Name of a similar bundled case; `None` if none is similar.
         close: Option<&'static str>,
     },
-    /// The path names a folder.
+    /// The path of the case is that of a folder.
     #[error("{}: this is a folder; a case is one TOML file", path.display())]
     Folder {
-        /// Path of the folder.
+        /// Path of the folder that was given as a case.
         path: PathBuf,
     },
-    /// The file is far larger than a case can be.
+    /// The case file is far larger than a case can be.
     #[error("{}: the file is larger than {limit} bytes; a case is one short TOML file", path.display())]
     TooLarge {
-        /// The case file.
+        /// Path of the case file.
         path: PathBuf,
-        /// Largest size that is read \[bytes\].
+        /// Largest size of a case file \[bytes\].
         limit: u64,
     },
-    /// The file is not text.
+    /// The case file is not UTF-8 text.
     #[error("{}:{line}: byte 0x{byte:02x} is not UTF-8; a case is UTF-8 text", path.display())]
     NotUtf8 {
-        /// The case file.
+        /// Path of the case file.
         path: PathBuf,
-        /// Line of the first bad byte, from 1.
+        /// Line of the first byte that is not UTF-8, from 1.
         line: usize,
-        /// The first bad byte.
+        /// First byte that is not UTF-8.
         byte: u8,
     },
-    /// A key or value is not allowed.
+    /// A key or value of the case is not allowed.
     #[error("{0}")]
     Refused(Box<Refusal>),
 }
 
-/// Formats a similar name as a question in brackets; empty if there is none.
-fn asked(close: Option<&str>) -> String {
+/// Formats the name of a similar bundled case as a question in parentheses; empty if there is none.
+fn did_you_mean(close: Option<&str>) -> String {
     close.map_or_else(String::new, |name| format!(" (did you mean {name}?)"))
 }
 
@@ -71,7 +71,8 @@ impl CaseError {
         }
     }
 
-    /// Formats the error for people: with the line, a mark below the place, and advice.
+    /// Formats the error for people: with the line of the file, a mark below the column, and
+    /// advice.
     pub fn report(&self, colour: bool) -> String {
         let renderer = if colour {
             Renderer::styled()
@@ -101,70 +102,71 @@ impl CaseError {
     }
 }
 
-/// Key or value that is not allowed, and its place.
+/// Refused key or value of a case, with its position in the file.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Refusal {
-    /// The case file.
+    /// Path of the case file.
     pub path: PathBuf,
-    /// Line and column, counted from 1; `None` for an argument of the command line.
+    /// Line and column of the refused key or value, from 1; `None` for an argument of the command
+    /// line.
     pub place: Option<(usize, usize)>,
-    /// Argument of the command line that was refused, as `key=value`.
+    /// Refused command-line argument, as `key=value`; `None` for a key of the file.
     pub argument: Option<String>,
-    /// True if the place is in a sweep.
+    /// True if the refused value comes from a sweep.
     pub swept: bool,
-    /// The dotted key; elements of lists are counted from 1.
+    /// Dotted name of the refused key; elements of lists are counted from 1.
     pub key: String,
-    /// Fault of the key or value.
+    /// Kind of error in the key or value.
     pub fault: Fault,
-    /// A close allowed word.
+    /// Allowed word that is similar to the one given.
     pub suggestion: Option<String>,
     pub(crate) text: Arc<str>,
     pub(crate) span: Option<Range<usize>>,
 }
 
-/// Fault of a key, without its place.
+/// Kind of error in a key or value of a case, without its position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
-    /// The text is not TOML.
+    /// The text of the case is not valid TOML.
     Syntax {
-        /// Message of the TOML reader.
+        /// Message of the TOML parser.
         message: String,
     },
-    /// A key that the format does not have.
+    /// The key is not part of the case format.
     UnknownKey {
-        /// Allowed keys of that table.
+        /// Keys that are allowed in the table of the unknown key.
         allowed: Vec<String>,
     },
-    /// A required key is missing.
+    /// A required key of the case is missing.
     MissingKey {
-        /// Meaning of the absence, such as a default that does not go with other keys.
+        /// Reason why the key is required, such as a default that does not go with other keys.
         found: Option<String>,
-        /// Expected value.
+        /// Description of the value that the missing key needs.
         allowed: String,
     },
-    /// A value of the wrong type, out of range, or at odds with another key.
+    /// The value has the wrong type, is out of range, or contradicts another key.
     BadValue {
-        /// The value as written.
+        /// The refused value as written.
         value: String,
-        /// Cause in another place, such as in a file that the value names.
+        /// Cause outside the case file, such as in a file that the value names.
         found: Option<String>,
-        /// Allowed values.
+        /// Description of the allowed values.
         allowed: String,
     },
-    /// An argument that is not `key=value`.
+    /// A command-line override is not of the form `key=value`.
     BadArgument {
-        /// Allowed form of the argument.
+        /// Allowed form of the override.
         allowed: String,
     },
 }
 
 impl Refusal {
-    /// Describes the fault without its place.
+    /// Describes the error in words, without its position; with a suggested word if `suggest`.
     fn fault(&self, suggest: bool) -> String {
         let key = &self.key;
-        let close = asked(self.suggestion.as_deref().filter(|_| suggest));
+        let close = did_you_mean(self.suggestion.as_deref().filter(|_| suggest));
         match &self.fault {
             Fault::Syntax { message } => format!("this is not TOML: {message}"),
             Fault::UnknownKey { allowed } => {
@@ -221,7 +223,7 @@ impl Display for Refusal {
     }
 }
 
-/// Fault of a case, before the place of its key is known.
+/// Problem found in a key of a case, before its position in the file is known.
 #[derive(Debug)]
 pub(crate) struct Problem {
     pub(crate) key: Vec<String>,
@@ -238,7 +240,7 @@ impl Problem {
         }
     }
 
-    /// Creates the problem of a value that is not allowed.
+    /// Creates a problem: the value of a key is not allowed.
     pub(crate) fn bad(key: &[String], value: &toml::Value, allowed: impl Into<String>) -> Self {
         let fault = Fault::BadValue {
             value: format_short(value),
@@ -248,7 +250,7 @@ impl Problem {
         Self::new(key, fault)
     }
 
-    /// Creates the problem of a missing key.
+    /// Creates a problem: a required key is missing.
     pub(crate) fn missing(key: &[String], allowed: impl Into<String>) -> Self {
         let fault = Fault::MissingKey {
             found: None,
@@ -258,7 +260,7 @@ impl Problem {
     }
 }
 
-/// Formats a number in few digits.
+/// Formats a number with few digits, for messages.
 pub(crate) fn brief_number(value: f64) -> String {
     if value.abs() < 1e6 {
         format!("{value:.4}")
@@ -267,7 +269,7 @@ pub(crate) fn brief_number(value: f64) -> String {
     }
 }
 
-/// Formats a value as TOML on one line, cut if it is long.
+/// Formats a TOML value on one line, shortened if it is long.
 pub(crate) fn format_short(value: &toml::Value) -> String {
     const WIDTH: usize = 60;
     let text = match value {
@@ -295,8 +297,8 @@ pub(crate) fn format_short(value: &toml::Value) -> String {
     text.chars().take(WIDTH).chain("...".chars()).collect()
 }
 
-/// Names in other programs and papers, and the keys and words of the case format that correspond to
-/// them.
+/// Synonyms for suggestions: names in other programs and papers, with the keys and words of the
+/// case format that correspond to them.
 pub const SYNONYMS: &[(&str, &str)] = &[
     ("coalescence", "aggregation"),
     ("boundary", "walls"),
@@ -339,8 +341,8 @@ pub const SYNONYMS: &[(&str, &str)] = &[
     ("volume_fraction", "packing_fraction"),
 ];
 
-/// Returns the choice closest to a word, if any is close: another name of the same thing, or two
-/// letters away at most, or a word that it begins.
+/// Returns the allowed word that is most similar to a given one: a synonym, a word at most two
+/// letters away, or one that begins with it. `None` if none is similar.
 pub fn nearest<'a>(word: &str, choices: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // A word from a file may be of any length, and nothing this long is close.
     if word.len() > 64 {

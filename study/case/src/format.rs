@@ -25,7 +25,7 @@ pub use question::*;
 pub use restitution::*;
 pub use thermostat::*;
 
-/// A case: a gas, a box, forces, engines, and what is measured.
+/// Case: a gas, a box, forces, engines, and what is measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
@@ -123,21 +123,21 @@ fn unit() -> f64 {
     1.0
 }
 
-/// Values of one key in a sweep.
+/// Values of one swept key: a list, or a range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SweepAxis {
-    /// List of single values.
+    /// List of single values of a swept key.
     List(
         #[schemars(with = "Vec<serde_json::Value>", length(min = 1, max = 10_000))]
         Vec<toml::Value>,
     ),
-    /// Values in equal steps or equal factors.
+    /// Range of values of a swept key, in equal steps or equal factors.
     Range(SweepRange),
 }
 
-/// Values in equal steps or equal factors, with 12 digits each; whole numbers where the key asks
-/// for them.
+/// Range of values of a swept key in equal steps or equal factors, with 12 digits each; whole
+/// numbers where the key asks for them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepRange {
@@ -160,14 +160,14 @@ pub struct SweepRange {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum UnitsSpec {
-    /// Any consistent units; diameter, mass and temperature default to 1.
+    /// Reduced units: any consistent ones; diameter, mass and temperature default to 1.
     #[default]
     Reduced,
-    /// Metres, kilograms, seconds, joules; diameter, mass and temperature must be given.
+    /// SI units: metres, kilograms, seconds, joules; diameter, mass and temperature must be given.
     Si,
 }
 
-/// Endings of the names of start files, which decide their format.
+/// File name endings of start files, which decide their format.
 pub const START_FILE_ENDINGS: [&str; 9] = [
     ".csv",
     ".xyz",
@@ -180,7 +180,7 @@ pub const START_FILE_ENDINGS: [&str; 9] = [
     ".sph",
 ];
 
-/// The initial state.
+/// Initial state of the gas.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StartSpec {
@@ -234,13 +234,13 @@ impl Default for StartSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlacementSpec {
-    /// Random places, without overlap.
+    /// Random places of the particles, without overlap.
     Disordered,
-    /// Sites of a square lattice.
+    /// Particles on the sites of a square lattice.
     Square,
-    /// Sites of a hexagonal lattice.
+    /// Particles on the sites of a hexagonal lattice.
     Hexagonal,
-    /// Places of `start.file`.
+    /// Places of the particles from `start.file`.
     File,
 }
 
@@ -248,31 +248,32 @@ pub enum PlacementSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum VelocitiesSpec {
-    /// A word.
+    /// Source of the initial velocities in a word.
     Word(VelocityWord),
-    /// Drawn from a distribution with a given fourth cumulant.
+    /// Initial velocities drawn from a distribution with a given fourth cumulant.
     Drawn(VelocityCumulant),
 }
 
 impl VelocitiesSpec {
-    /// Velocities drawn from a Maxwell distribution.
+    /// Initial velocities drawn from a Maxwell distribution.
     pub const MAXWELLIAN: Self = Self::Word(VelocityWord::Maxwellian);
-    /// Velocities read from the start file.
+    /// Initial velocities read from the start file.
     pub const FILE: Self = Self::Word(VelocityWord::File);
 }
 
-/// Source of the initial velocities, in a word.
+/// Word for the source of the initial velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityWord {
-    /// Drawn from a Maxwell distribution.
+    /// Initial velocities drawn from a Maxwell distribution.
     Maxwellian,
-    /// Velocities of `start.file`. With another placement than "file" each replica deals them to
-    /// its particles anew, within species.
+    /// Initial velocities from `start.file`. With another placement than "file" each replica deals
+    /// them to its particles anew, within species.
     File,
 }
 
-/// Isotropic velocities whose squares are Gamma-distributed, with a given fourth cumulant.
+/// Distribution of isotropic velocities whose squares are Gamma-distributed, with a given fourth
+/// cumulant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityCumulant {
@@ -321,7 +322,7 @@ pub enum TimeUnit {
     Case,
     /// Haff's cooling time of the start; of an elastic gas, the mean free time.
     Haff,
-    /// The mean time between two collisions of a particle at the start.
+    /// Mean time between two collisions of a particle at the start.
     MeanFreeTime,
 }
 
@@ -329,9 +330,9 @@ pub enum TimeUnit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DifferBeyond {
-    /// Any difference.
+    /// Zero: any difference counts.
     Zero,
-    /// A difference larger than the margin.
+    /// Margin: only a difference larger than the margin counts.
     Margin,
 }
 
@@ -380,7 +381,7 @@ pub struct AccuracySpec {
 }
 
 impl AccuracySpec {
-    /// Returns the target as a number; `None` if it is not a share.
+    /// Returns the target error as a number; `None` if the text is not a share.
     pub fn parse_share(&self) -> Option<f64> {
         parse_share(&self.target)
     }

@@ -1,5 +1,5 @@
-//! Case files: one TOML file says which gas is run, in which box, by which engines, and what is
-//! measured.
+//! Case files: a TOML file says which gas is run, in which box, by which engines, and what is
+//! measured. This crate reads, checks and expands it.
 //!
 //! A case is read in four steps. First the text becomes a table in which every key knows its place.
 //! Then values of the command line and of a sweep are written into the table. The table is checked
@@ -62,35 +62,34 @@ use format::leading_question;
 use origin::{Origins, split};
 use overrides::Override;
 
-/// The version of the case format.
+/// Version of the case format that this program reads.
 const VERSION: f64 = 2.0;
 
-/// Most bytes of a case file.
+/// Largest size of a case file \[bytes\].
 const MOST_BYTES: u64 = 1 << 20;
 
-/// A case file as read: its text, and the points that it means.
+/// Case file as read: its text, and the cases that it describes, one for each point of a sweep.
 #[derive(Clone, Debug)]
 pub struct CaseFile {
-    /// The text of the file, byte for byte.
+    /// Text of the case file, byte for byte.
     pub text: String,
-    /// Path of the file.
+    /// Path of the case file.
     pub path: PathBuf,
-    /// Points of the sweeps, all different; one point without settings if
-    /// there is no sweep.
+    /// Points of the sweeps, all different; a single point without settings if there is no sweep.
     pub points: Vec<CasePoint>,
-    /// Remarks on how the file was read, in sentences for the user.
+    /// Notes on how the file was read, in sentences for the user.
     pub notes: Vec<String>,
 }
 
-/// One point of a sweep.
+/// Point of a sweep: its name, its settings, and the case with them.
 #[derive(Clone, Debug, Serialize)]
 pub struct CasePoint {
-    /// A name that is safe for a folder, such as `packing_fraction=0.25,restitution=1`; empty
+    /// Name of the point, safe for a folder, such as `packing_fraction=0.25,restitution=1`; empty
     /// without settings.
     pub name: String,
-    /// Values that the sweep sets at this point.
+    /// Keys and values that the sweep sets at this point.
     pub settings: Vec<SweepSetting>,
-    /// The case at this point.
+    /// Case with the settings of this point.
     pub case: Case,
     #[serde(skip)]
     table: Table,
@@ -98,24 +97,24 @@ pub struct CasePoint {
     origins: Origins,
 }
 
-/// A value that a sweep gives to a key.
+/// Key of a case and the value that a sweep gives to it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepSetting {
-    /// The dotted key.
+    /// Dotted name of the key, such as `gas.restitution`.
     pub key: String,
-    /// The value as written.
+    /// Value that the sweep gives to the key, as written.
     pub value: Value,
 }
 
 impl CasePoint {
-    /// Returns the error that refuses the value of a dotted key such as `measure.fields.cells`, or
-    /// its absence. Elements of lists are counted from 1.
+    /// Creates the error for a value that is not allowed, or for its absence. `key` is dotted, such
+    /// as `measure.fields.cells`, with elements of lists counted from 1.
     pub fn refuse(&self, key: &str, allowed: impl Into<String>) -> CaseError {
         self.refuse_found(key, None, allowed)
     }
 
-    /// Returns the error that refuses the value of a dotted key, with the cause `what` found behind
-    /// the value, such as in a file that it names.
+    /// Creates the error for a value that is not allowed because of `what` was found behind it,
+    /// such as in a file that it names.
     pub fn refuse_found(
         &self,
         key: &str,
@@ -132,7 +131,7 @@ impl CasePoint {
 }
 
 impl CaseFile {
-    /// Common beginning of the titles of all points.
+    /// Returns the common beginning of the titles of all points of the file.
     pub fn title(&self) -> String {
         let mut titles = self.points.iter().map(|point| &*point.case.title);
         let mut common: Vec<&str> = titles.next().unwrap_or("").split(", ").collect();
@@ -144,14 +143,14 @@ impl CaseFile {
         common.join(", ")
     }
 
-    /// Question that the file answers in words, if it asks one.
+    /// Returns the question that the case answers, as text; `None` if there is none.
     pub fn question(&self) -> Option<String> {
         let written = self.points.first()?.case.question.text.clone();
         written.or_else(|| leading_question(&self.text))
     }
 
     /// Reads a case file, with overrides `key=value` as given to `--set`. Options of measurements
-    /// are not looked at; see [`Format::read`].
+    /// are not checked; see [`Format::read`].
     ///
     /// The value of an override is TOML, or a bare word taken as text. A key that is overridden is
     /// no longer swept; with `run.until`, times and windows of measurements beyond it are left out.
@@ -163,7 +162,8 @@ impl CaseFile {
         Format::plain().read(path, overrides)
     }
 
-    /// Reads the text of a case; `path` appears in messages, and its folder is that of start files.
+    /// Reads a case from text. `path` appears in messages, and start files are relative to its
+    /// folder.
     ///
     /// # Errors
     /// As [`CaseFile::read`], but for the file itself.
@@ -181,7 +181,7 @@ impl Format {
         self.from_text(path, &read_text(path)?, overrides)
     }
 
-    /// Reads the text of a case.
+    /// Reads a case from text, and checks names and options of its measurements too.
     ///
     /// # Errors
     /// As [`CaseFile::read`], but for the file itself.
@@ -246,7 +246,7 @@ impl Format {
                 let problem = Problem::bad(&source.unwrap_or_default(), &value, allowed);
                 return Err(origins.refuse(problem));
             }
-            let case = titled(case, &overrides);
+            let case = with_title(case, &overrides);
             let setting = |one: sweep::ChosenValue| SweepSetting {
                 key: one.written,
                 value: one.value,
@@ -267,7 +267,7 @@ impl Format {
         })
     }
 
-    /// Converts a table into a typed case.
+    /// Converts a checked TOML table into a typed case.
     fn case(&self, table: &mut Table, path: &Path) -> Result<Case, Problem> {
         relations::replaced(table)?;
         self.check(table)?;
@@ -279,9 +279,9 @@ impl Format {
     }
 }
 
-/// A case whose title is of what is run: made of the gas where it gives none, and with the keys of
-/// the gas that were set from outside.
-fn titled(mut case: Case, overrides: &[Override]) -> Case {
+/// Returns the case with its title: derived from the gas if none is given, and with the overridden
+/// keys of the gas added.
+fn with_title(mut case: Case, overrides: &[Override]) -> Case {
     if case.title.is_empty() {
         case.title = case.derived_title();
         return case;
@@ -306,7 +306,7 @@ fn titled(mut case: Case, overrides: &[Override]) -> Case {
     case
 }
 
-/// Sets a key of a table.
+/// Sets a key of a case table to a value, as a sweep or an override does.
 fn set(
     table: &mut Table,
     origins: &Origins,
@@ -319,12 +319,12 @@ fn set(
     })
 }
 
-/// Returns the note that the case's sweep over `key` is left out, as the caller sets the key.
+/// Returns the note that the sweep over `key` is left out because an override sets the key.
 fn sweep_note(key: &str) -> String {
     format!("{key} is set from outside, so that the sweep of the case over it is left out")
 }
 
-/// Refuses another format version before any other key is looked at.
+/// Checks the format version before any other key is checked.
 fn check_version(table: &Table) -> Result<(), Problem> {
     let key = ["format".to_owned()];
     let version = table.get("format");
@@ -342,7 +342,7 @@ fn check_version(table: &Table) -> Result<(), Problem> {
     }
 }
 
-/// Reads the text of a file.
+/// Reads the text of a case file; checks size and encoding.
 fn read_text(path: &Path) -> Result<String, CaseError> {
     let unreadable = |source| CaseError::Unreadable {
         path: path.to_owned(),

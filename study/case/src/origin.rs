@@ -1,4 +1,4 @@
-//! From the text of a case to its values, and from a key back to the place where it was written.
+//! Parsing of a case, with the position in the text of every key, for error messages.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,25 +9,25 @@ use toml::de::{DeTable, DeValue};
 
 use crate::error::{CaseError, Fault, Problem, Refusal};
 
-/// Place of a key that is in no table of a file, to follow its name.
+/// Text after the name of a key that is at the top level of a case, outside all tables.
 pub(crate) const OUTSIDE: &str = " before the first [table]";
 
-/// The keys from the root; elements of lists are counted from 1.
+/// Path of a key: the names from the root; elements of lists are counted from 1.
 pub(crate) type KeyPath = Vec<String>;
 
-/// Returns a key with one step more.
+/// Returns the path of a key extended by one step.
 pub(crate) fn below(key: &[String], step: impl Into<String>) -> KeyPath {
     let mut longer = key.to_vec();
     longer.push(step.into());
     longer
 }
 
-/// Splits a dotted key of bare keys.
+/// Splits a dotted key into its path; names must not be quoted.
 pub(crate) fn split(dotted: &str) -> KeyPath {
     dotted.split('.').map(str::to_owned).collect()
 }
 
-/// Formats a key as it is written.
+/// Formats the path of a key with dots, quoted where TOML needs quotes.
 pub(crate) fn dotted(key: &[String]) -> String {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let part = |step: &String| {
@@ -40,7 +40,7 @@ pub(crate) fn dotted(key: &[String]) -> String {
     key.iter().map(part).collect::<Vec<_>>().join(".")
 }
 
-/// Returns the value of a key.
+/// Returns the value at the path of a key in a table; `None` if there is none.
 pub(crate) fn value_at<'a>(table: &'a toml::Table, key: &[String]) -> Option<&'a toml::Value> {
     let (first, rest) = key.split_first()?;
     rest.iter().try_fold(table.get(first)?, |value, step| {
@@ -52,23 +52,23 @@ pub(crate) fn value_at<'a>(table: &'a toml::Table, key: &[String]) -> Option<&'a
     })
 }
 
-/// Byte ranges of a key and its value in the text.
+/// Byte ranges of a key and of its value in the text of a case.
 #[derive(Clone, Debug)]
 struct Spans {
     key: Range<usize>,
     value: Range<usize>,
 }
 
-/// Place that replaced the value of a key.
+/// Source that replaced the value of a key: a command-line argument, or a sweep.
 #[derive(Clone, Debug)]
 enum Replaced {
-    /// Argument of the command line.
+    /// Command-line argument that sets the key.
     Argument(Arc<str>),
-    /// A sweep: its value, and its key.
+    /// Sweep that sets the key: byte ranges of the value and of the key in the sweep.
     Sweep(Range<usize>, Range<usize>),
 }
 
-/// Places at which all keys of a case were written.
+/// Positions in the text of all keys of a case, and which were replaced.
 #[derive(Clone, Debug)]
 pub(crate) struct Origins {
     path: PathBuf,
@@ -78,7 +78,7 @@ pub(crate) struct Origins {
 }
 
 impl Origins {
-    /// Reads a text as TOML.
+    /// Parses TOML text, and records the positions of all keys.
     pub(crate) fn parse_toml(path: &Path, text: &str) -> Result<(toml::Table, Self), CaseError> {
         let mut origins = Self {
             path: path.to_owned(),
@@ -103,15 +103,17 @@ impl Origins {
         Ok((table, origins))
     }
 
-    /// Records that an argument sets a key and all keys below it.
+    /// Records that a command-line argument sets a key and all keys below it.
     pub(crate) fn set_by_argument(&mut self, key: &[String], argument: &str) {
         let by = Replaced::Argument(argument.into());
         self.replaced.push((key.to_vec(), by));
     }
 
-    /// Records that a sweep, at the place `source`, sets a key and all keys below it.
+    /// Records that a sweep sets a key, and all keys below it; `source` is the path of the swept
+    /// value.
     pub(crate) fn set_by_sweep(&mut self, key: &[String], source: &[String]) {
-        /// Length of a source without the place in the list: `sweep`, number of the block, key.
+        /// Length of the path of a sweep's key, without the index of the value: `sweep`, number of
+        /// the block, key.
         const TO_KEY: usize = 3;
         let axis = &source[..source.len().min(TO_KEY)];
         let spans = [
@@ -124,7 +126,7 @@ impl Origins {
         }
     }
 
-    /// Converts a problem into an error with the place of its key.
+    /// Converts a problem into an error with the position of its key in the text.
     pub(crate) fn refuse(&self, problem: Problem) -> CaseError {
         let key = &problem.key;
         let over = |(known, _): &&(KeyPath, Replaced)| key.starts_with(known);
@@ -160,8 +162,8 @@ impl Origins {
         }
     }
 
-    /// Returns the span of a key, or of the nearest table around it, and the number of steps of the
-    /// key that were found.
+    /// Returns the byte range of a key, or of the nearest table around it, and how many steps of
+    /// its path were found.
     fn find_span(&self, key: &[String], is_key: bool) -> (Option<Range<usize>>, usize) {
         for depth in (1..=key.len()).rev() {
             if let Some(spans) = self.spans.get(&key[..depth]) {

@@ -1,4 +1,4 @@
-//! Settings from the command line that replace those in the file: `--set key=value`.
+//! Command-line overrides of case keys: `--set key=value`.
 
 use std::path::Path;
 
@@ -7,20 +7,20 @@ use toml::{Table, Value};
 use crate::error::{CaseError, Fault, Refusal};
 use crate::origin::{KeyPath, split};
 
-/// A setting that replaces the one in the file.
+/// Override of one case key by a command-line argument.
 #[derive(Debug)]
 pub(crate) struct Override {
-    /// The keys from the root.
+    /// Path of the key from the root of the case.
     pub(crate) key: KeyPath,
-    /// The new value.
+    /// New value of the key.
     pub(crate) value: Value,
-    /// Argument as given, for messages.
+    /// Command-line argument as given, for messages.
     pub(crate) argument: String,
 }
 
 impl Override {
-    /// Reads `key=value`: the key is dotted, and the value is TOML, or else a bare word taken as
-    /// text.
+    /// Parses an override `key=value`. The key is dotted; the value is TOML, or else a bare word
+    /// taken as text.
     pub(crate) fn parse_override(path: &Path, argument: &str) -> Result<Self, CaseError> {
         let refuse = |allowed: &str| {
             Err(CaseError::Refused(Box::new(Refusal {
@@ -66,7 +66,7 @@ impl Override {
         })
     }
 
-    /// Returns the override with its value as text.
+    /// Returns the override with its value taken as text.
     pub(crate) fn into_text(mut self) -> Self {
         if !self.value.is_str() {
             let (_, text) = self.argument.split_once('=').unwrap_or_default();
@@ -76,9 +76,9 @@ impl Override {
     }
 }
 
-/// Splits a dotted key of bare keys; `None` if it is not one.
+/// Splits a dotted key without quotes into its path; `None` if it is not one.
 pub(crate) fn bare_keys(dotted: &str) -> Option<KeyPath> {
-    /// Deeper keys than this mean nothing in a case.
+    /// Largest number of steps in the path of a case key.
     const DEPTH: usize = 8;
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let keys = split(dotted.trim());
@@ -86,8 +86,8 @@ pub(crate) fn bare_keys(dotted: &str) -> Option<KeyPath> {
     (keys.len() <= DEPTH && keys.iter().all(fine)).then_some(keys)
 }
 
-/// Sets a key, making the tables and lists that lead to it; what is in the way is replaced. A
-/// number is the place in a list, from 1 to one beyond its end.
+/// Sets a key in a table, creating the tables and lists on its path; values in the way are
+/// replaced. A number in the path is an index into a list, from 1 to one beyond its end.
 ///
 /// # Errors
 /// The length of a list that is too short.
@@ -129,7 +129,7 @@ fn put(place: &mut Value, key: &[String], value: Value) -> Result<(), usize> {
     put(table.entry(first.clone()).or_insert(missing), rest, value)
 }
 
-/// Leaves out the times and windows of measurements beyond a new, earlier end of the run.
+/// Removes times and windows of measurements that lie beyond a new, earlier end of the run.
 pub(crate) fn shorten(table: &mut Table, until: f64) {
     let number = |value: &Value| {
         let whole = value.as_integer().map(|whole| whole as f64);

@@ -19,10 +19,10 @@ use crate::relations::refusal;
 use crate::schema::{Format, schema_of};
 use crate::{CasePoint, read_text};
 
-/// The version of the paper format.
+/// Version of the paper format that this program reads.
 const VERSION: u64 = 1;
 
-/// A paper: its runs, its figures, and what it claims.
+/// Paper to be reproduced: its runs, its figures, and what it claims.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Paper {
@@ -31,7 +31,7 @@ pub struct Paper {
     /// Title of the paper.
     #[schemars(length(min = 1))]
     pub title: String,
-    /// Authors, journal and year.
+    /// Source of the paper: authors, journal and year.
     #[schemars(length(min = 1))]
     pub source: String,
     /// Remark on the paper as a whole, for the reader.
@@ -40,7 +40,7 @@ pub struct Paper {
     #[serde(default = "usual")]
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 1.0))]
     pub family_wise_error_rate: f64,
-    /// The runs, by name.
+    /// Runs of the paper, by name.
     pub run: BTreeMap<String, PaperRunSpec>,
     /// Figures and tables of the paper.
     #[schemars(length(min = 1, max = 1000))]
@@ -55,24 +55,24 @@ fn yes() -> bool {
     true
 }
 
-/// A case, and what is set in it.
+/// Run of a paper: a case, and the keys that are set in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PaperRunSpec {
     /// The case: a bundled one by its name, or a file beside the paper.
     #[schemars(length(min = 1))]
     pub case: String,
-    /// Keys of the case that are set, dotted.
+    /// Keys of the case that the run sets, dotted.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: BTreeMap<String, Value>,
-    /// Keys that are set besides where the run must be quick.
+    /// Keys of the case that are set in addition where the run must be quick.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub quick: BTreeMap<String, Value>,
 }
 
-/// A figure or table of a paper.
+/// Figure or table of a paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PaperFigureSpec {
@@ -82,10 +82,10 @@ pub struct PaperFigureSpec {
     /// Title of the figure.
     #[schemars(length(min = 1))]
     pub title: String,
-    /// The run that its tables are of, and its claims unless they say otherwise.
+    /// Run whose tables the figure shows; also that of its claims unless they name another.
     #[schemars(length(min = 1))]
     pub run: String,
-    /// Tables that are drawn.
+    /// Tables of the run that are drawn.
     #[serde(default)]
     pub tables: Vec<String>,
     /// Parts of the paper's figure that are missing here.
@@ -95,20 +95,20 @@ pub struct PaperFigureSpec {
     pub claim: Vec<Claim>,
 }
 
-/// Place of a number in the tables of a run.
+/// Location of a number in the tables of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NumberPlace {
-    /// The run. Default: that of the claim.
+    /// Run of the number. Default: that of the claim.
     pub run: Option<String>,
-    /// Values of swept keys that choose a point. Default: that of the claim.
+    /// Values of swept keys that choose the point of the number. Default: that of the claim.
     #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub point: Option<BTreeMap<String, Value>>,
-    /// The table. Default: that of the claim.
+    /// Table of the number. Default: that of the claim.
     pub table: Option<String>,
-    /// The column. Default: that of the claim.
+    /// Column of the number. Default: that of the claim.
     pub column: Option<String>,
-    /// Key columns that differ from those of the claim.
+    /// Key columns of the number's row that differ from those of the claim.
     #[serde(default, rename = "where")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub keys: BTreeMap<String, Value>,
@@ -118,86 +118,86 @@ pub struct NumberPlace {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Claim {
-    /// The claim in words.
+    /// Claim of the paper in words.
     #[schemars(length(min = 1))]
     pub claim: String,
-    /// The run. Default: that of the figure.
+    /// Run of the claim. Default: that of the figure.
     pub run: Option<String>,
-    /// Values of swept keys that choose a point.
+    /// Values of swept keys that choose the point of the claim.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub point: BTreeMap<String, Value>,
-    /// The table that holds the number.
+    /// Table that holds the claimed number.
     pub table: Option<String>,
-    /// Column of the number.
+    /// Column of the claimed number.
     pub column: Option<String>,
     /// Values of key columns that choose its row: words, numbers, or [from, to], of whose rows the
     /// mean is taken.
     #[serde(default, rename = "where")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub keys: BTreeMap<String, Value>,
-    /// A quantity that follows from the case, by the name that `check` gives it, or the `seconds`
-    /// or `collisions` of a run: in place of a table.
+    /// Derived quantity in place of a table, by the name that `check` gives it; or the `seconds` or
+    /// `collisions` of a run.
     pub derived: Option<String>,
-    /// A number by which it is divided.
+    /// Number by which the claimed number is divided.
     pub over: Option<NumberPlace>,
-    /// A numeric key column: the number is the power of it by which the quotient grows.
+    /// Numeric key column: the claim is about the power of it by which the quotient grows.
     pub power_of: Option<String>,
-    /// Source of the standard error of the number.
+    /// Source of the standard error of the claimed number.
     #[serde(default)]
     pub errors: Errors,
-    /// Value in the paper.
+    /// Value that the paper states.
     pub value: Option<f64>,
-    /// Values in the paper at several places: pairs of `along` and the paper's number.
+    /// Values that the paper states at several places: pairs of `along` and the paper's number.
     pub values: Option<Vec<[f64; 2]>>,
-    /// The key column of `values`.
+    /// Key column over which `values` are given.
     pub along: Option<String>,
-    /// A bound below.
+    /// Lower bound that the paper states.
     pub above: Option<f64>,
-    /// A bound above.
+    /// Upper bound that the paper states.
     pub below: Option<f64>,
     /// Standard error of the paper's value, or of its reading from a figure.
     #[schemars(range(min = 0.0))]
     pub error: Option<f64>,
-    /// Largest deviation that counts as agreement, as a share of the paper's value.
+    /// Largest deviation from the paper's value that counts as agreement, as a share of the value.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 10.0))]
     pub margin: Option<f64>,
-    /// Largest deviation that counts as agreement, in the unit of the value.
+    /// Largest deviation from the paper's value that counts as agreement, in the unit of the value.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub within: Option<f64>,
-    /// Value that the paper should give.
+    /// Correct value, where that of the paper is wrong.
     pub corrected: Option<f64>,
-    /// Reason why the paper is wrong, with the source of the correction.
+    /// Reason why the paper's value is wrong, with the source of the correction.
     pub correction: Option<String>,
     /// True if quick runs can test the claim.
     #[serde(default = "yes")]
     pub quick: bool,
 }
 
-/// Source of a standard error.
+/// Source of the standard error of a number in a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Errors {
-    /// Replicas, which are few: intervals are Student's.
+    /// Errors from replicas, which are few: intervals are Student's.
     #[default]
     Replicas,
-    /// Many blocks of time: intervals are normal.
+    /// Errors from many blocks of time: intervals are normal.
     Blocks,
 }
 
-/// Paper file with its content and the places of its keys.
+/// Paper file as read: its content and the positions of its keys.
 #[derive(Clone, Debug)]
 pub struct PaperFile {
-    /// Path of the file.
+    /// Path of the paper file.
     pub path: PathBuf,
-    /// Content of the file.
+    /// Content of the paper file.
     pub paper: Paper,
     table: Table,
     origins: Origins,
 }
 
 impl PaperFile {
-    /// Reads a paper file.
+    /// Reads a paper file and checks it.
     ///
     /// # Errors
     /// [`CaseError`] says what is wrong, and where.
@@ -205,7 +205,8 @@ impl PaperFile {
         Self::from_text(path, &read_text(path)?)
     }
 
-    /// Reads the text of a paper file; `path` appears in messages, and its folder is that of cases.
+    /// Reads a paper from text. `path` appears in messages, and case files are relative to its
+    /// folder.
     ///
     /// # Errors
     /// As [`PaperFile::read`], but for the file itself.
@@ -222,13 +223,13 @@ impl PaperFile {
         Ok(file)
     }
 
-    /// Returns the error that refuses the value of a dotted key such as `figure.1.claim.2.table`,
-    /// or its absence. Elements of lists are counted from 1.
+    /// Creates the error for a value that is not allowed, or for its absence. `key` is dotted, such
+    /// as `figure.1.claim.2.table`, with elements of lists counted from 1.
     pub fn refuse(&self, key: &str, allowed: impl Into<String>) -> CaseError {
         self.origins.refuse(refusal(&self.table, key, allowed))
     }
 
-    /// Relations between keys.
+    /// Checks relations between the keys of a paper, such as runs that figures name.
     fn check_relations(&self) -> Result<(), CaseError> {
         let names: Vec<&str> = self.paper.run.keys().map(String::as_str).collect();
         let known = |key: &str, name: &str| {
@@ -337,7 +338,7 @@ impl PaperFile {
     }
 }
 
-/// Returns true if a value selects rows.
+/// Returns true if a value can select rows of a table: a word, a number, or a pair of numbers.
 fn is_choice(value: &Value) -> bool {
     match value {
         Value::String(_) => true,
@@ -346,13 +347,13 @@ fn is_choice(value: &Value) -> bool {
     }
 }
 
-/// Converts a value to a number.
+/// Converts a TOML integer or float to a floating-point number; `None` for other values.
 pub fn number(value: &Value) -> Option<f64> {
     let whole = value.as_integer().map(|whole| whole as f64);
     value.as_float().or(whole)
 }
 
-/// Checks a table against the schema.
+/// Checks the table of a paper against the schema and converts it to a typed paper.
 fn read(table: &mut Table) -> Result<Paper, Problem> {
     let version = ["format".to_owned()];
     if let Some(value) = value_at(table, &version)
@@ -367,7 +368,7 @@ fn read(table: &mut Table) -> Result<Paper, Problem> {
 }
 
 impl CasePoint {
-    /// Returns true if a sweep has set all of these keys to these values here.
+    /// Returns true if the sweep sets all of these keys to these values at this point.
     pub fn has(&self, chosen: &BTreeMap<String, Value>) -> bool {
         let same = |a: &Value, b: &Value| match (number(a), number(b)) {
             (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs().max(b.abs()),

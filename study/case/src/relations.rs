@@ -1,4 +1,4 @@
-//! Relations between keys: what the types and ranges of single keys do not say.
+//! Checks of relations between the keys of a case, which a schema of single keys cannot express.
 
 use std::path::Path;
 
@@ -17,15 +17,16 @@ mod thermostat;
 
 pub(crate) use thermostat::replaced;
 
-/// Most particles of a gas.
+/// Largest number of particles of a gas, 2^31 - 1.
 const MOST: f64 = 2_147_483_647.0;
 
-/// Most masses of a power law.
+/// Largest number of different masses of a power-law mixture.
 const MOST_MASSES: u64 = 100_000;
 
 type Checked = Result<(), Problem>;
 
-/// Refuses the value of a dotted key, or its absence. Elements of lists are counted from 1.
+/// Creates the problem of a value that is not allowed, or of its absence. `key` is dotted, with
+/// elements of lists counted from 1.
 pub(crate) fn refusal(table: &Table, key: &str, allowed: impl Into<String>) -> Problem {
     let key = split(key);
     match value_at(table, &key) {
@@ -34,7 +35,8 @@ pub(crate) fn refusal(table: &Table, key: &str, allowed: impl Into<String>) -> P
     }
 }
 
-/// Checks a case that has passed its schema. `folder` holds the case file.
+/// Checks the relations between keys of a case that has passed its schema. `folder` holds the case
+/// file.
 pub(crate) fn check_relations(table: &Table, case: &Case, folder: &Path) -> Checked {
     let all = Relations { table, case };
     all.places()?;
@@ -70,7 +72,7 @@ impl Relations<'_> {
         Err(refusal(self.table, key.as_ref(), allowed))
     }
 
-    /// Refuses a key unless a condition holds.
+    /// Returns the problem of a key unless a condition holds.
     fn ensure(&self, holds: bool, key: impl AsRef<str>, allowed: impl Into<String>) -> Checked {
         if holds {
             Ok(())
@@ -79,7 +81,7 @@ impl Relations<'_> {
         }
     }
 
-    /// Refuses the first of some keys that is given.
+    /// Returns a problem if any of the given keys is set; `allowed` says when they may be.
     fn without(&self, keys: &[&str], allowed: &str) -> Checked {
         let found = keys.iter().find(|key| self.given(key));
         found.map_or(Ok(()), |key| self.refuse(key, allowed))
@@ -89,7 +91,8 @@ impl Relations<'_> {
         self.case.gas.dimension as usize
     }
 
-    /// Checks keys that need a box, a gas without one, or something that a motion is relative to.
+    /// Checks keys that need a box, keys that need a gas without positions, and keys that need a
+    /// frame of reference at rest.
     fn places(&self) -> Checked {
         let case = self.case;
         if !case.has_box() {
@@ -214,7 +217,7 @@ impl Relations<'_> {
         )
     }
 
-    /// Checks that some distribution has the fourth cumulant.
+    /// Checks that a velocity distribution with the given fourth cumulant exists.
     fn cumulant(&self) -> Checked {
         let VelocitiesSpec::Drawn(drawn) = self.case.start.velocities else {
             return Ok(());
@@ -227,8 +230,8 @@ impl Relations<'_> {
         self.ensure(drawn.a2 >= least, "start.velocities.a2", allowed)
     }
 
-    /// Returns true if all replicas of exact dynamics would be equal: from one state, with nothing
-    /// random on the way.
+    /// Returns true if all replicas of event-driven dynamics would be equal: a start from one given
+    /// state, with no randomness later.
     fn repeats_itself(&self) -> bool {
         let case = self.case;
         let one_state = case.start.placement == PlacementSpec::File
@@ -242,7 +245,7 @@ impl Relations<'_> {
         one_state && case.engine.ed.is_some() && !random
     }
 
-    /// Checks that a region has corners in order, and a gas that is placed at random and not
+    /// Checks the start region: its corners are in order, and the gas is placed at random and not
     /// equilibrated.
     fn region(&self) -> Checked {
         let (start, case) = (&self.case.start, self.case);

@@ -1,6 +1,6 @@
-//! Keys that had another name: an error on an old key says the new one.
+//! Renamed keys of the case format: an error for an old key names the new one.
 
-/// Old keys with their new names. `*` stands for the name of any table.
+/// Old keys of the case format with their new names. `*` stands for the name of any table.
 const RENAMED: &[(&str, &str)] = &[
     ("continuous", "polydisperse"),
     ("engine.*.copies", "simulator_start"),
@@ -20,7 +20,7 @@ const RENAMED: &[(&str, &str)] = &[
     ("verdict.false_alarm", "family_wise_error_rate"),
 ];
 
-/// Returns the new name of a key that was renamed.
+/// Returns the new name of a renamed key; `None` if the key was not renamed.
 pub(crate) fn new_name(key: &[String]) -> Option<&'static str> {
     let fits = |old: &str| {
         let parts = old.split('.');

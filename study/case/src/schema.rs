@@ -1,4 +1,4 @@
-//! The JSON Schema of case files, and the check of a case against it.
+//! JSON Schema of case files, and the check of a case against it.
 //!
 //! Types, ranges and words are checked against the schema that is published, and messages are made
 //! from it, so the types in [`crate::format`] are their only source. A general validator would
@@ -16,19 +16,20 @@ use crate::format::Case;
 use crate::origin::{KeyPath, OUTSIDE, below, dotted};
 use crate::renamed::new_name;
 
-/// Smallest and largest number, so that squares and cubes of what is written are numbers too.
+/// Smallest magnitude of a number in a case other than 0; with the largest, it keeps squares and
+/// cubes in range.
 const SMALLEST: f64 = 1e-100;
 const LARGEST: f64 = 1e100;
 
-/// The case format with the measurements that a program knows.
+/// Case format: its schema, including the measurements that a program offers.
 #[derive(Debug)]
 pub struct Format {
     json: Json,
 }
 
 impl Format {
-    /// Creates the format with measurements: the name of each, and the schema of its options (see
-    /// [`schema_of`]).
+    /// Creates the case format with measurements, given by name and the schema of their options
+    /// (see [`schema_of`]).
     pub fn new(measures: &[(&str, Schema)]) -> Self {
         let mut json = schema_of::<Case>().to_value();
         json["title"] = Json::from("stosszahl case");
@@ -47,26 +48,26 @@ impl Format {
         Self { json }
     }
 
-    /// Returns the format that ignores the options of measurements.
+    /// Returns the case format without measurements: options of measurements are not checked.
     pub fn plain() -> &'static Self {
         static PLAIN: OnceLock<Format> = OnceLock::new();
         PLAIN.get_or_init(|| Self::new(&[]))
     }
 
-    /// Creates the format of another kind of file, by the schema of its type.
+    /// Creates the format of another kind of TOML file, from the schema of its type.
     pub(crate) fn of_type(schema: Schema) -> Self {
         Self {
             json: schema.to_value(),
         }
     }
 
-    /// Returns the JSON Schema.
+    /// Returns the JSON Schema of the format.
     pub fn json(&self) -> &Json {
         &self.json
     }
 
-    /// Checks that every key is known, has the right type and lies in its range, and that none is
-    /// missing. Whole numbers that were written as 4000.0 become whole.
+    /// Checks a case against the schema: every key is known, has the right type and lies in its
+    /// range, and none is missing. Whole numbers that were written as 4000.0 become whole.
     pub(crate) fn check(&self, table: &mut toml::Table) -> Result<(), Problem> {
         let mut value = Value::Table(std::mem::take(table));
         self.check_within(&self.json, &mut value, &[])?;
@@ -76,12 +77,12 @@ impl Format {
         Ok(())
     }
 
-    /// Checks one table of a case.
+    /// Checks one top-level entry of a case against the schema.
     pub(crate) fn check_part(&self, key: &str, value: &mut Value) -> Result<(), Problem> {
         self.check_within(&self.json["properties"][key], value, &[key.to_owned()])
     }
 
-    /// Returns the type that the schema gives to a key.
+    /// Returns the type that the schema gives to a key; `None` for an unknown key.
     pub(crate) fn type_of(&self, key: &[String]) -> Option<&str> {
         let mut schema = &self.json;
         for step in key {
@@ -199,12 +200,12 @@ impl Format {
                 let close = nearest(name, names().map(String::as_str)).map(str::to_owned);
                 let mut problem = Problem::new(&below(key, name), Fault::UnknownKey { allowed });
                 let inside = || {
-                    let path = shallowest(schema, name)?;
+                    let path = shallowest_path(schema, name)?;
                     Some(dotted(&[key, &path[..]].concat()))
                 };
                 let renamed = new_name(&below(key, name)).map(str::to_owned);
                 problem.suggestion =
-                    (renamed.or(close).or_else(inside)).or_else(|| self.elsewhere(name));
+                    (renamed.or(close).or_else(inside)).or_else(|| self.full_key_of(name));
                 return Err(problem);
             }
         }
@@ -222,9 +223,10 @@ impl Format {
         Ok(())
     }
 
-    /// Returns the full name of a key that belongs into another table, the least deep one.
-    fn elsewhere(&self, name: &str) -> Option<String> {
-        let found = shallowest(&self.json, name)?;
+    /// Returns the full name of the least deep key with the given last name; `None` if no table has
+    /// one.
+    fn full_key_of(&self, name: &str) -> Option<String> {
+        let found = shallowest_path(&self.json, name)?;
         Some(match &found[..] {
             [alone] => format!("{alone}{OUTSIDE}"),
             _ => dotted(&found),
@@ -232,14 +234,15 @@ impl Format {
     }
 }
 
-/// Returns the keys that lead to the least deep key of a name.
-fn shallowest(schema: &Json, name: &str) -> Option<KeyPath> {
-    /// Largest depth of a key, of those in tables of tables, as of engines and measurements.
+/// Returns the path of the least deep key with a given last name.
+fn shallowest_path(schema: &Json, name: &str) -> Option<KeyPath> {
+    /// Largest depth of a key inside tables of tables, such as those of engines and measurements.
     const DEPTH: usize = 3;
     (1..=DEPTH).find_map(|depth| path_to(schema, name, depth))
 }
 
-/// Returns a path of `depth` keys to a key of a name, through tables and lists of tables.
+/// Returns a path with `depth` steps to a key of the given name, through tables and lists of
+/// tables.
 fn path_to(schema: &Json, name: &str, depth: usize) -> Option<KeyPath> {
     let tables = [&schema["properties"], &schema["items"]["properties"]];
     let mut inside = tables.into_iter().filter_map(Json::as_object);
@@ -260,7 +263,8 @@ pub fn schema() -> Json {
     Format::plain().json().clone()
 }
 
-/// Returns the schema of a type, without references and without null, which TOML cannot write.
+/// Returns the JSON Schema of a type, without references and without null, which TOML cannot
+/// express.
 pub fn schema_of<T: JsonSchema>() -> Schema {
     let settings = SchemaSettings::draft2020_12().with(|all| all.inline_subschemas = true);
     let mut json = settings
@@ -297,7 +301,8 @@ fn without_null(schema: &mut Json) {
     }
 }
 
-/// Returns the alternatives of a schema; a schema without any is its only alternative.
+/// Returns the alternatives of a schema (`anyOf` and the like); the schema itself if there are
+/// none.
 fn alternatives(schema: &Json) -> Vec<&Json> {
     let listed = schema.get("anyOf").or_else(|| schema.get("oneOf"));
     match listed.and_then(Json::as_array) {
@@ -306,9 +311,9 @@ fn alternatives(schema: &Json) -> Vec<&Json> {
     }
 }
 
-/// Returns true if a value has the type that a schema asks for.
+/// Returns true if a value has the type that a schema requires.
 fn has_type(schema: &Json, value: &Value) -> bool {
-    /// Whole numbers up to here are exact.
+    /// Largest number up to which every whole number is an exact `f64`, 2^53.
     const EXACT: f64 = 9_007_199_254_740_992.0;
     match schema["type"].as_str() {
         Some("object") => value.is_table(),
@@ -324,7 +329,7 @@ fn has_type(schema: &Json, value: &Value) -> bool {
     }
 }
 
-/// Returns the words that a schema allows; empty if it allows any.
+/// Returns the words that a schema allows; empty if it does not list words.
 fn words(schema: &Json) -> Vec<&str> {
     let listed = schema["enum"].as_array().into_iter().flatten();
     let all = listed.chain(schema.get("const"));
@@ -335,7 +340,7 @@ fn all_words(schema: &Json) -> Vec<&str> {
     alternatives(schema).into_iter().flat_map(words).collect()
 }
 
-/// Returns true if a number lies in the range of a schema.
+/// Returns true if a number lies in the range that a schema allows.
 fn in_range(schema: &Json, number: f64) -> bool {
     let limit = |key: &str| schema[key].as_f64();
     limit("minimum").is_none_or(|least| number >= least)
@@ -345,8 +350,8 @@ fn in_range(schema: &Json, number: f64) -> bool {
         && limit("const").is_none_or(|only| number == only)
 }
 
-/// Describes the allowed values of a schema, with the first sentence of its description in
-/// brackets.
+/// Describes the values that a schema allows, with the first sentence of its description in
+/// parentheses.
 fn describe(schema: &Json) -> String {
     let text = schema["description"].as_str().unwrap_or_default();
     let text = text.replace('\n', " ");
@@ -359,7 +364,7 @@ fn describe(schema: &Json) -> String {
     }
 }
 
-/// Describes the allowed values of a schema.
+/// Describes the values that a schema allows: words, type and range.
 fn allowed(schema: &Json) -> String {
     let words = all_words(schema);
     let mut parts = Vec::new();
@@ -369,8 +374,8 @@ fn allowed(schema: &Json) -> String {
     }
     for choice in alternatives(schema) {
         parts.push(match choice["type"].as_str() {
-            Some("integer") => format!("a whole number{}", range(choice)),
-            Some("number") => format!("a number{}", range(choice)),
+            Some("integer") => format!("a whole number{}", format_range(choice)),
+            Some("number") => format!("a number{}", format_range(choice)),
             Some("boolean") => "true or false".to_owned(),
             Some("string") if words.is_empty() => "a text".to_owned(),
             Some("array") => list(choice),
@@ -404,7 +409,7 @@ fn list(schema: &Json) -> String {
     }
 }
 
-/// Formats a limit in few digits.
+/// Formats a limit of a range with few digits.
 fn format_short(limit: f64) -> String {
     if limit != 0.0 && limit.abs() < 1e-4 {
         format!("{limit:e}")
@@ -413,8 +418,8 @@ fn format_short(limit: f64) -> String {
     }
 }
 
-/// Formats the range of a number.
-fn range(schema: &Json) -> String {
+/// Formats the range that a schema gives to a number.
+fn format_range(schema: &Json) -> String {
     let limit = |key: &str| {
         let number = schema.get(key)?;
         let number = number.as_u64().map_or_else(

@@ -1,4 +1,4 @@
-//! Parameter sweeps: from `[[sweep]]` blocks to the settings of each point.
+//! Parameter sweeps: expansion of `[[sweep]]` blocks into the settings of each point.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,32 +10,32 @@ use crate::origin::{KeyPath, below, value_at};
 use crate::overrides::{Override, bare_keys};
 use crate::schema::Format;
 
-/// Most points of one case.
+/// Largest number of sweep points of one case.
 const MOST_POINTS: usize = 10_000;
 
-/// One value that a sweep gives to one key.
+/// Key and value that a sweep sets at one point.
 #[derive(Clone, Debug)]
 pub(crate) struct ChosenValue {
-    /// Dotted key as written.
+    /// Dotted key as written in the sweep.
     pub(crate) written: String,
-    /// Keys from the root of the case.
+    /// Path of the key from the root of the case.
     pub(crate) key: KeyPath,
-    /// Value of the key.
+    /// Value that the key takes at the point.
     pub(crate) value: Value,
-    /// Place in the sweep at which the value was written.
+    /// Path of the value inside the sweep block.
     pub(crate) source: KeyPath,
 }
 
-/// The points of all sweeps.
+/// Sweeps of a case, expanded into points.
 pub(crate) struct Expanded {
-    /// Values set at each point.
+    /// Keys and values of each point.
     pub(crate) points: Vec<Vec<ChosenValue>>,
-    /// Keys, as written, that are no longer swept because an override fixes them.
+    /// Swept keys, as written, that are fixed by an override and no longer swept.
     pub(crate) fixed: Vec<String>,
 }
 
-/// Takes the sweeps out of a case. An override of a swept key, or of a table around it, takes the
-/// place of the sweep.
+/// Expands the sweeps of a case and removes them from its table. An override of a swept key, or of
+/// a table around it, replaces the sweep.
 ///
 /// Each block is the product of its axes, the last key (in alphabetical order) running fastest.
 pub(crate) fn expand(
@@ -97,7 +97,7 @@ pub(crate) fn expand(
             let values = match axis {
                 SweepAxis::List(list) => list.clone(),
                 SweepAxis::Range(range) => {
-                    match steps(range, format.type_of(&key) == Some("integer")) {
+                    match range_values(range, format.type_of(&key) == Some("integer")) {
                         Ok(values) => values,
                         Err(allowed) => return refuse(&allowed),
                     }
@@ -139,13 +139,13 @@ fn value_at_of(block: &Value, key: &str) -> Value {
         .unwrap_or(Value::Table(table))
 }
 
-/// Returns the message for more points than `MOST_POINTS`.
+/// Returns the error message for more points than `MOST_POINTS`.
 fn too_many() -> String {
     format!("all sweeps together make at most {MOST_POINTS} points")
 }
 
-/// Returns the values of a range.
-fn steps(range: &SweepRange, whole: bool) -> Result<Vec<Value>, String> {
+/// Returns the values of a swept range, or an error message; whole numbers if `whole`.
+fn range_values(range: &SweepRange, whole: bool) -> Result<Vec<Value>, String> {
     let &SweepRange {
         from,
         to,
@@ -199,8 +199,8 @@ fn steps(range: &SweepRange, whole: bool) -> Result<Vec<Value>, String> {
     Ok((0..=last).map(value).collect())
 }
 
-/// Names for the folders of points: `packing_fraction=0.25,restitution=1`, each different from all
-/// others.
+/// Generator of folder names for sweep points, such as `packing_fraction=0.25,restitution=1`, each
+/// different from all others.
 ///
 /// A key is shortened to its last part unless two keys of the case end alike.
 #[derive(Debug)]
@@ -221,15 +221,16 @@ impl Names {
         }
     }
 
-    /// Returns the name of a point; empty if it has no settings.
+    /// Returns the folder name of a sweep point; empty if it has no settings.
     pub(crate) fn name(&mut self, point: &[ChosenValue]) -> String {
-        /// Longest name \[characters\], well below the limits of file systems.
+        /// Longest folder name of a sweep point \[characters\], well below the limits of file
+        /// systems.
         const WIDTH: usize = 150;
         let part = |one: &ChosenValue| {
             let last = one.key.last().map_or("", String::as_str);
             let ambiguous = self.ambiguous.contains(last);
             let key = if ambiguous { one.written.trim() } else { last };
-            format!("{key}={}", plain(&one.value))
+            format!("{key}={}", format_value(&one.value))
         };
         let parts: Vec<String> = point.iter().map(part).collect();
         let safe = |c: char| {
@@ -248,17 +249,17 @@ impl Names {
     }
 }
 
-/// Formats a value in as few letters as a name needs.
-fn plain(value: &Value) -> String {
+/// Formats a swept value in few letters, for a folder name.
+fn format_value(value: &Value) -> String {
     match value {
         Value::Float(number) if (1e-4..1e15).contains(&number.abs()) || *number == 0.0 => {
             number.to_string()
         }
         Value::Float(number) => format!("{number:e}"),
         Value::String(text) => text.clone(),
-        Value::Array(list) => list.iter().map(plain).collect::<Vec<_>>().join("_"),
+        Value::Array(list) => list.iter().map(format_value).collect::<Vec<_>>().join("_"),
         Value::Table(table) => {
-            let part = |(key, value): (&String, &Value)| format!("{key}_{}", plain(value));
+            let part = |(key, value): (&String, &Value)| format!("{key}_{}", format_value(value));
             table.iter().map(part).collect::<Vec<_>>().join("_")
         }
         other => other.to_string(),

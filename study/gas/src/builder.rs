@@ -1,4 +1,5 @@
-//! Gases built from a description.
+//! Builder of gases for custom programs: from numbers, densities and contact laws to particles in a
+//! box.
 
 use nalgebra::{Vector2, Vector3};
 use stosszahl_model::initial::{self, Arrangement};
@@ -13,49 +14,50 @@ use stosszahl_model::{
 use crate::GasError;
 use crate::memory::{BUILDING, need_memory};
 
-/// A gas: its physics, and all particles at one time. Engines start from it and give it back.
+/// Gas at one time: the particles, their contact laws, and the box. Engines start from a gas and
+/// return one.
 #[derive(Clone, Debug)]
 pub struct Gas {
-    /// Particles, their contact laws, and the field that they fly in.
+    /// Particle properties: sizes, contact laws and external field.
     pub grains: ParticleSpec,
-    /// Particles; none have a position in a gas without positions.
+    /// State of all particles; without positions in a homogeneous gas.
     pub particles: Particles,
-    /// Faces of the box.
+    /// Faces of the box: periodic, walls, or open.
     pub walls: Walls<Volume>,
-    /// Volume \[length^D\]; an area in the plane.
+    /// Volume of the gas \[length^D\]; an area in the plane.
     pub volume: f64,
-    /// Random streams of engines and walls.
+    /// Random streams from which engines and walls draw.
     pub streams: Streams,
-    /// Duration of a contact in exact dynamics (TC model) \[time\]; 0 for none.
+    /// Contact time of the TC model in exact dynamics \[time\]; 0 for none.
     pub contact_time: f64,
 }
 
 impl Gas {
-    /// Begins a gas of hard disks.
+    /// Begins the description of a gas of `count` hard disks.
     pub fn disks(count: usize) -> GasBuilder {
         GasBuilder::new(2, count)
     }
 
-    /// Begins a gas of hard spheres without positions.
+    /// Begins the description of a homogeneous gas of `count` hard spheres without positions.
     pub fn spheres(count: usize) -> GasBuilder {
         GasBuilder::new(3, count)
     }
 
-    /// Granular temperature \[energy\].
+    /// Returns the granular temperature of the gas \[energy\].
     pub fn temperature(&self) -> f64 {
         self.particles.temperature()
     }
 
-    /// Displacement of the box above along the first axis in a shear flow, from 0 to the width of
-    /// the box \[length\]; 0 without a flow.
+    /// Returns the displacement, along the first axis, of the periodic image above in a shear flow,
+    /// from 0 to the width of the box \[length\]; 0 without shear.
     pub fn shear_offset(&self) -> f64 {
         self.particles.shear_offset(self.grains.shear())
     }
 
-    /// Haff's cooling time of equal particles with one coefficient of restitution r, at their
-    /// packing and temperature T: `t0 = 2 D/((1 - r^2) w)`, w Enskog's collision rate per particle;
-    /// infinite if nothing is lost, `None` for other gases and in a shear flow. Brilliantov & Pöschel, *Kinetic Theory
-    /// of Granular Gases* (Oxford 2004).
+    /// Computes Haff's cooling time \[time\] of equal particles with one coefficient of restitution
+    /// r, at their packing and temperature T. It is `t0 = 2 D/((1 - r^2) w)`, w being Enskog's
+    /// collision rate per particle. Infinite for elastic particles; `None` for other gases and in a
+    /// shear flow. Brilliantov & Pöschel, *Kinetic Theory of Granular Gases* (Oxford 2004).
     pub fn haff_time(&self) -> Option<f64> {
         let cools = self.grains.shear_rate.is_none();
         let restitution = self.grains.restitution.constant().filter(|_| cools)?;
@@ -78,7 +80,7 @@ impl Gas {
     }
 }
 
-/// Description of a gas to be built.
+/// Builder of a gas from a description: numbers, sizes, densities and contact laws.
 #[derive(Clone, Debug)]
 #[must_use = "a description is no gas until it is built"]
 pub struct GasBuilder {
@@ -124,8 +126,8 @@ impl GasBuilder {
         }
     }
 
-    /// Sets the covered share of the area or volume; 0.1 unless this or a box size is set. The box
-    /// is a square.
+    /// Sets the packing fraction, the share of the area or volume that particles cover, in a square
+    /// box; 0.1 unless this or a box size is set.
     pub fn packing_fraction(mut self, packing_fraction: f64) -> Self {
         self.packing = Some(packing_fraction);
         self
@@ -137,20 +139,21 @@ impl GasBuilder {
         self
     }
 
-    /// Sets a constant normal restitution, for all approach speeds; 1, elastic, unless set.
+    /// Sets a constant coefficient of normal restitution for all approach speeds; 1, elastic,
+    /// unless set.
     pub fn restitution(mut self, coefficient: f64) -> Self {
         self.law = stosszahl_model::Constant::new(coefficient).map(Law::from);
         self
     }
 
-    /// Sets any law of normal restitution.
+    /// Sets the law of normal restitution, such as viscoelastic contacts.
     pub fn law(mut self, law: impl Into<Law>) -> Self {
         self.law = Ok(law.into());
         self
     }
 
-    /// Makes particles spin: tangential restitution from -1 (smooth) to 1 (perfectly rough). Disks
-    /// only.
+    /// Makes particles rough, with a coefficient of tangential restitution from -1 (smooth) to 1
+    /// (perfectly rough). Disks only.
     pub fn tangential_restitution(mut self, coefficient: f64) -> Self {
         self.tangential = Some(coefficient);
         self
@@ -189,10 +192,10 @@ impl GasBuilder {
         self
     }
 
-    /// Sets the duration of a contact in exact dynamics \[time\]; 0 unless set. Contacts of disks
-    /// that touched something less than this time ago are elastic, which prevents inelastic
-    /// collapse: the TC model of Luding & McNamara, Granular Matter 1, 113 (1998),
-    /// doi:10.1007/s100350050017. Disks only.
+    /// Sets the contact time of the TC model in exact dynamics \[time\]; 0 unless set. Contacts of
+    /// disks that touched something less than this time ago are elastic, which prevents inelastic
+    /// collapse: Luding & McNamara, Granular Matter 1, 113 (1998), doi:10.1007/s100350050017. Disks
+    /// only.
     pub fn contact_time(mut self, contact_time: f64) -> Self {
         self.contact_time = contact_time;
         self
@@ -210,22 +213,22 @@ impl GasBuilder {
         self
     }
 
-    /// Sets the number of the replica: other random numbers of the same seed.
+    /// Sets the number of the replica, which selects other random numbers of the same seed.
     pub fn replica(mut self, replica: u64) -> Self {
         self.replica = replica;
         self
     }
 
-    /// Starts from these particles, such as those of [`Gas::particles`], instead of placing them
-    /// and drawing velocities. Radii, masses and species are those of the description, in its
-    /// order. Along periodic axes a position may be in any image of the box, and is taken into it;
-    /// between walls it lies inside.
+    /// Sets the initial particles, such as those of [`Gas::particles`], instead of placing
+    /// particles and drawing velocities. Radii, masses and species are those of the description, in
+    /// its order. Along periodic axes a position may be in any image of the box, and is moved into
+    /// the box; between walls it lies inside.
     pub fn start_from(mut self, particles: Particles) -> Self {
         self.start = Some(particles);
         self
     }
 
-    /// Sets an interrupt that ends [`Self::build`] early.
+    /// Sets an interrupt that makes [`Self::build`] end early.
     pub fn set_stop_flag(mut self, interrupt: &Interrupt) -> Self {
         self.interrupt = interrupt.clone();
         self
@@ -318,7 +321,8 @@ impl GasBuilder {
         })
     }
 
-    /// Checks given particles as a start; the engine finds overlaps.
+    /// Checks that given particles can be the initial state: sizes, positions, velocities. Overlaps
+    /// are found by the engine.
     fn given(
         &self,
         start: &Particles,

@@ -1,4 +1,4 @@
-//! Engines that run a [`Gas`].
+//! Engines that run a [`Gas`] in custom programs: exact event-driven dynamics, and Monte Carlo.
 
 use std::ops::{Deref, DerefMut};
 
@@ -15,7 +15,8 @@ use crate::reach::check_time;
 use crate::{Gas, GasError};
 
 impl Gas {
-    /// Returns the rule of which collisions lose energy in exact dynamics.
+    /// Returns the rule by which collisions of exact dynamics lose energy (all, or not within the
+    /// contact time).
     fn dissipation(&self) -> DissipationRule {
         if self.contact_time > 0.0 {
             DissipationRule::ContactTime(self.contact_time)
@@ -33,7 +34,7 @@ pub struct EventDriven {
 }
 
 impl EventDriven {
-    /// Creates exact dynamics from a gas.
+    /// Creates exact event-driven dynamics of a gas.
     ///
     /// # Errors
     /// [`GasError`] if the gas has no positions, or open faces, or disks that overlap.
@@ -45,8 +46,8 @@ impl EventDriven {
         })
     }
 
-    /// Runs elastically until each disk has collided this many times, then restores the temperature
-    /// and sets the time back. A shear flow rests meanwhile.
+    /// Runs elastic collisions until each disk has had the given number on average, then restores
+    /// the temperature and resets the time. Shear is off meanwhile.
     ///
     /// # Errors
     /// [`GasError`] if the gas cannot be run, or its shear flow has begun.
@@ -55,8 +56,8 @@ impl EventDriven {
         Ok(())
     }
 
-    /// Equilibrates as [`Self::equilibrate`], unless the interrupt is raised meanwhile: then the
-    /// gas is unchanged, and the result is false.
+    /// Equilibrates as [`Self::equilibrate`]. If the interrupt is raised meanwhile, the gas is
+    /// unchanged and the result is false.
     ///
     /// # Errors
     /// As [`Self::equilibrate`].
@@ -103,7 +104,7 @@ impl EventDriven {
     }
 }
 
-/// Creates exact dynamics of particles with these properties in the box of a gas.
+/// Creates exact dynamics of given particles, with given contact laws, in the box of a gas.
 fn exact(
     gas: &Gas,
     grains: &ParticleSpec,
@@ -126,7 +127,8 @@ fn exact(
     Ok(simulation)
 }
 
-/// Monte Carlo of a gas: in cells, or without positions. It is a [`Simulation`], by `Deref`.
+/// Monte Carlo dynamics (DSMC) of a gas: in cells, or without positions. It is a [`Simulation`], by
+/// `Deref`.
 pub struct MonteCarlo {
     gas: Gas,
     simulation: Box<dyn Simulation>,
@@ -134,7 +136,7 @@ pub struct MonteCarlo {
 }
 
 impl MonteCarlo {
-    /// Starts a gas without positions, such as [`Gas::spheres`].
+    /// Creates Monte Carlo of a gas without positions, such as [`Gas::spheres`].
     ///
     /// # Errors
     /// [`GasError`] if the gas spins or falls.
@@ -168,8 +170,8 @@ impl MonteCarlo {
         })
     }
 
-    /// Starts from the microstate of a gas, one simulator for each particle, with the defaults of a
-    /// scheme.
+    /// Creates Monte Carlo in cells from the microstate of a gas, with one simulator for each
+    /// particle and the defaults of a scheme.
     ///
     /// # Errors
     /// [`GasError`] if scheme and gas do not go together.
@@ -177,8 +179,8 @@ impl MonteCarlo {
         Self::with(gas, Self::defaults(gas, scheme))
     }
 
-    /// Returns the default parameters of a gas: those of the scheme, but without a displacement of
-    /// partners if there are walls, which it would cross, or a shear flow, in which none is allowed.
+    /// Returns the default Monte Carlo parameters for a gas: those of the scheme, but without
+    /// displacement of partners if there are walls or shear.
     pub fn defaults(gas: &Gas, scheme: Scheme) -> Parameters {
         let defaults = Parameters::for_scheme(scheme);
         if gas.grains.is_bounded || gas.grains.shear_rate.is_some() {
@@ -190,7 +192,7 @@ impl MonteCarlo {
         defaults
     }
 
-    /// Starts from the microstate of a gas, with custom parameters.
+    /// Creates Monte Carlo in cells from the microstate of a gas, with custom parameters.
     ///
     /// # Errors
     /// As [`Self::from_state`].
@@ -217,11 +219,11 @@ impl MonteCarlo {
     }
 }
 
-/// Implements the methods that both engines share.
+/// Implements the methods that both engines of this crate have.
 macro_rules! is_a_simulation {
     ($engine:ty) => {
         impl $engine {
-            /// Returns the current gas, with one particle for each simulator: another engine can
+            /// Returns the current gas, with one particle for each simulator. Another engine can
             /// start from it.
             pub fn state(&self) -> Gas {
                 Gas {
@@ -230,7 +232,7 @@ macro_rules! is_a_simulation {
                 }
             }
 
-            /// Advances to a time; the observer sees all collisions until then.
+            /// Advances the gas to a time; the observer receives all collisions until then.
             ///
             /// # Errors
             /// [`GasError::Time`] for a time that is past or infinite, or so far that it would take

@@ -1,4 +1,4 @@
-//! Granular gases in a few lines, for custom programs.
+//! Builder of granular gases and their engines in a few lines, for custom programs.
 //!
 //! [`Gas`] is built from a description: number of disks, density, dissipation. [`EventDriven`] runs
 //! it exactly, [`MonteCarlo`] by Monte Carlo, from one and the same microstate if wished. Both are
@@ -34,65 +34,65 @@ use stosszahl_model::format_short;
 pub use stosszahl_model::walls::{Face, Rebound, Wall};
 pub use stosszahl_model::{Law, Rough, Simulation};
 
-/// Reason why a gas cannot be made or advanced.
+/// Error with which a gas cannot be built, or an engine cannot run it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GasError {
-    /// A number is out of range.
+    /// A parameter of the gas is out of range.
     #[error(transparent)]
     Invalid(#[from] stosszahl_model::InvalidValue),
-    /// Particles find no place.
+    /// Particles cannot be placed without overlap.
     #[error(transparent)]
     Placement(#[from] stosszahl_model::initial::PlacementError),
-    /// The faces do not fit together.
+    /// The faces of the box are an invalid combination.
     #[error(transparent)]
     Walls(#[from] stosszahl_model::walls::WallError),
-    /// Exact dynamics cannot start.
+    /// Exact dynamics cannot start from the gas.
     #[error(transparent)]
     EventDriven(#[from] stosszahl_ed::EventDrivenError),
-    /// Monte Carlo in cells cannot start.
+    /// Monte Carlo in cells cannot start from the gas.
     #[error(transparent)]
     MonteCarlo(#[from] stosszahl_dsmc::DsmcError),
-    /// A gas without positions cannot start.
+    /// Monte Carlo of a gas without positions cannot start.
     #[error(transparent)]
     Homogeneous(#[from] stosszahl_dsmc::homogeneous::HomogeneousError),
-    /// An engine cannot start or continue.
+    /// An engine cannot start or continue, as in inelastic collapse.
     #[error(transparent)]
     Failure(#[from] stosszahl_model::Failure),
-    /// The gas needs more memory than is free.
+    /// The gas needs more memory than is available.
     #[error("{particles} particles need {needed:.2} GiB of memory; {free:.2} GiB are free")]
     Memory {
-        /// Number of particles.
+        /// Number of particles of the gas.
         particles: usize,
-        /// Memory needed \[GiB\].
+        /// Memory that the gas needs \[GiB\].
         needed: f64,
-        /// Memory free \[GiB\].
+        /// Memory that is available \[GiB\].
         free: f64,
     },
-    /// The gas cannot be advanced to this time.
+    /// The gas cannot be advanced to the requested time.
     #[error("advance to time {} from time {}; allowed: {allowed}", format_short(*until), format_short(*now))]
     Time {
-        /// Current time of the gas.
+        /// Current time of the gas \[time\].
         now: f64,
-        /// Time requested.
+        /// Requested time \[time\].
         until: f64,
-        /// Allowed times.
+        /// Description of the allowed times.
         allowed: String,
     },
-    /// The gas cannot start from these particles.
+    /// The gas cannot start from the given particles.
     #[error("the start has {found}; allowed: {allowed}")]
     Start {
-        /// Property found.
+        /// Invalid property of the given particles.
         found: String,
-        /// Allowed values.
+        /// Description of the allowed values.
         allowed: &'static str,
     },
-    /// The gas does not have this property.
+    /// The gas or its engine cannot have the requested property.
     #[error("{what}; {instead}")]
     Unfit {
-        /// Property requested.
+        /// Requested property, in words.
         what: &'static str,
-        /// Advice what to do instead.
+        /// Advice on what to do instead.
         instead: &'static str,
     },
 }

@@ -1,19 +1,19 @@
-//! Times that a gas can be advanced to.
+//! Check of the time that a gas shall be advanced to.
 
 use stosszahl_model::walls::{Face, Rebound, Vibration};
 use stosszahl_model::{Law, Restitution as _, Simulation, format_short};
 
 use crate::{Gas, GasError};
 
-/// Most collisions and crossings of the box, by nominal rates, in one advance: years of work for
-/// any machine.
+/// Largest number of collisions and box crossings in one advance, estimated from rates: years of
+/// work for any machine.
 const MOST_EVENTS: f64 = 1e15;
 
-/// Latest time of any gas, as in cases \[time\].
+/// Latest time that a gas can be advanced to \[time\], as in cases.
 const LATEST: f64 = 1e100;
 
-/// Refuses a time that is past or infinite, or at which a gas that stays warm has more to do than
-/// any machine does.
+/// Checks the time that a gas shall be advanced to: not past, finite, and reachable with the work
+/// that a machine can do.
 ///
 /// # Errors
 /// [`GasError::Time`]
@@ -55,18 +55,18 @@ pub(crate) fn check_time(
     Ok(())
 }
 
-/// Returns true if collisions take energy out of the gas and nothing else adds any.
+/// Returns true if the gas cools freely: collisions dissipate energy, and nothing adds any.
 fn cools(gas: &Gas) -> bool {
     let law = &gas.grains.restitution;
     let may_add = law.max_added_speed() > 0.0 || matches!(law, Law::Pairs(_));
     let dissipates = !law.is_elastic() || gas.grains.rough.is_some();
     let is_still = gas.grains.gravity.is_none() && gas.grains.shear_rate.is_none();
-    dissipates && !may_add && is_still && heat(gas) == 0.0
+    dissipates && !may_add && is_still && wall_speed_squared(gas) == 0.0
 }
 
-/// Largest speed that walls give, squared, over that of a unit mass at temperature one: 0 where
-/// they give none.
-fn heat(gas: &Gas) -> f64 {
+/// Returns the squared speed that walls can give to particles, over that of a unit mass at
+/// temperature one; 0 without moving or hot walls.
+fn wall_speed_squared(gas: &Gas) -> f64 {
     let faces = (0..gas.particles.dimension).flat_map(|axis| [(axis, 0), (axis, 1)]);
     let given = faces.map(|(axis, side)| match gas.walls.face(axis, side) {
         Face::Wall(wall) => {
@@ -84,8 +84,8 @@ fn heat(gas: &Gas) -> f64 {
     given.fold(0.0, f64::max)
 }
 
-/// Rate of collisions of all particles and of crossings of the box \[1/time\], about: at the
-/// current temperature, or that of the walls.
+/// Estimates the rate of collisions of all particles and of box crossings \[1/time\], at the
+/// temperature of the gas or of its walls.
 fn events_per_time(gas: &Gas, engine: &dyn Simulation) -> f64 {
     let all = &gas.particles;
     let (count, dimension) = (engine.particle_count() as f64, all.dimension as i32);
@@ -94,7 +94,9 @@ fn events_per_time(gas: &Gas, engine: &dyn Simulation) -> f64 {
     let (diameter, mass) = (2.0 * mean(|one| one.radius), mean(|one| one.mass));
     let side = gas.volume.powf(1.0 / f64::from(dimension));
     let fall = gas.grains.gravity.map_or(0.0, |pull| pull.norm() * side);
-    let square = (engine.temperature() / mass).max(heat(gas)).max(fall);
+    let square = (engine.temperature() / mass)
+        .max(wall_speed_squared(gas))
+        .max(fall);
     let rate = count * diameter.powi(dimension - 1) / gas.volume;
     count * square.sqrt() * (rate + 1.0 / side)
 }

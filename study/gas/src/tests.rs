@@ -336,7 +336,8 @@ fn a_gas_of_the_delta_model_heats_to_its_steady_state() -> Result<(), GasError> 
         &mut *MonteCarlo::from_state(&gas, enskog())?,
     ] {
         engine.advance(400.0, Budget::Unlimited, &mut ())?;
-        // T = 0.207 for a Maxwellian; 200 disks fluctuate by 1/sqrt(N) = 7 %, here allowed fivefold.
+        // T = 0.207 for a Maxwellian; 200 disks fluctuate by 1/sqrt(N) = 7 %, here allowed
+        // fivefold.
         let found = engine.temperature();
         assert!((found / 0.207 - 1.0).abs() < 0.35, "{found}");
     }

@@ -1,4 +1,5 @@
-//! ZIP archive of a results folder inside its page, for readers who have only the page.
+//! ZIP archive of a results folder, embedded in its report page, for readers who have only the
+//! page.
 //!
 //! A page that is opened from a disk cannot read the files beside it: browsers forbid it. So the
 //! page holds them, compressed, up to a limit; the files that do not fit are named.
@@ -14,26 +15,26 @@ use flate2::{Compression, Crc};
 use maud::{Markup, PreEscaped, html};
 use stosszahl_results::ResultsError;
 
-/// Script that saves the archive.
+/// JavaScript that saves the archive from the page.
 pub(crate) const SCRIPT: &str = include_str!("archive.js");
-/// Largest size of the archive in a page \[bytes\].
+/// Largest size of the archive in a report page \[bytes\].
 const LARGEST: usize = 4 << 20;
-/// Largest file that is compressed to see whether it fits \[bytes\].
+/// Size of the largest file that is compressed to see whether it fits into the archive \[bytes\].
 const LARGEST_FILE: u64 = 64 << 20;
-/// Date of all files, 1 January 1980: equal folders give equal bytes.
+/// Date of all files in the archive, 1 January 1980, so that equal folders give equal bytes.
 const DATE: u16 = (1 << 5) | 1;
 
-/// Archive of some files of a results folder.
+/// ZIP archive under construction, of files of a results folder.
 pub(crate) struct Archive {
-    /// Name of the archive, and of the folder in it.
+    /// Name of the archive, and of the folder inside it.
     name: String,
-    /// Files, each behind its name and size.
+    /// Contents of the archive so far: each file after a header with its name and size.
     bytes: Vec<u8>,
-    /// Entries of the central directory, which ends the archive.
+    /// Entries of the central directory, which is written at the end of the archive.
     list: Vec<u8>,
     /// Number of files in the archive.
     held: u16,
-    /// Names of the files that do not fit.
+    /// Names of the files that do not fit into the archive.
     left_out: Vec<String>,
 }
 
@@ -66,7 +67,8 @@ impl Archive {
         }
     }
 
-    /// Adds a file of a folder, if it exists, is inside the folder, and fits.
+    /// Adds a file of the results folder to the archive, if it exists, is inside the folder, and
+    /// fits.
     ///
     /// # Errors
     /// [`ResultsError`] if the file cannot be read.
@@ -92,7 +94,7 @@ impl Archive {
         Ok(())
     }
 
-    /// Adds a file, if it fits.
+    /// Adds a file with the given contents to the archive, if it fits.
     pub fn add(&mut self, file: &str, bytes: &[u8]) {
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
         // Writing to memory cannot fail.
@@ -106,7 +108,8 @@ impl Archive {
         let name = format!("{}/{file}", self.name);
         let mut sum = Crc::new();
         sum.update(bytes);
-        // Version 2.0, names in UTF-8, deflated, time and date, checksum, sizes, length of the name.
+        // Version 2.0, names in UTF-8, deflated, time and date, checksum, sizes, length of the
+        // name.
         let mut about = Vec::new();
         for word in [20, 1 << 11, 8, 0, DATE] {
             about.extend(u16::to_le_bytes(word));
@@ -131,7 +134,7 @@ impl Archive {
         self.held += 1;
     }
 
-    /// Bytes of the archive with the list at its end.
+    /// Returns the bytes of the archive, with the central directory at its end.
     fn finished(&self) -> Vec<u8> {
         let mut bytes = self.bytes.clone();
         bytes.extend(&self.list);
@@ -145,7 +148,7 @@ impl Archive {
         bytes
     }
 
-    /// Button that saves the archive, with its contents.
+    /// Builds the HTML button that saves the archive, with the contents embedded.
     pub fn section(&self) -> Markup {
         let bytes = self.finished();
         html! {

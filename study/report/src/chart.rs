@@ -1,5 +1,5 @@
-//! Charts: curves with error bars, histograms, theory, reference lines, and the ranges of their
-//! axes.
+//! Charts of a report: curves with error bars, histograms, theory, reference lines, and the ranges
+//! of their axes.
 //!
 //! Colours are custom properties of the style sheet, so a chart follows the light or dark scheme.
 //! Legends are HTML.
@@ -14,15 +14,16 @@ use crate::scale::{AxisRange, Tick, extent, shows};
 /// Axis of a chart: label, scale, and range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartAxis {
-    /// Label: symbol or words.
+    /// Label of the axis: symbol or words.
     pub label: String,
-    /// Unit of the column; `1` for pure numbers.
+    /// Unit of the axis; `1` for pure numbers.
     pub unit: String,
     /// Scale of the axis: linear or logarithmic.
     pub scale: AxisScale,
-    /// Range of the data where it is wider than in this chart, as in panels with common axes.
+    /// Range of the axis that the data need, if it is wider than the data of this chart, as in
+    /// panels with common axes.
     pub span: Option<(f64, f64)>,
-    /// Names of the positions 1, 2, 3 and so on, in place of numbers.
+    /// Names at the positions 1, 2, 3 and so on of the axis, in place of numbers.
     pub names: Vec<String>,
 }
 
@@ -46,7 +47,7 @@ impl ChartAxis {
         AxisRange::range_around(self.scale, self.span.or(data).unwrap_or((1.0, 1.0)), exact)
     }
 
-    /// Ticks of the axis.
+    /// Returns the ticks of the axis with their labels.
     pub(crate) fn ticks(&self, frame: &AxisRange) -> Vec<Tick> {
         if self.names.is_empty() {
             return frame.ticks();
@@ -58,23 +59,23 @@ impl ChartAxis {
     }
 }
 
-/// Marker of data points.
+/// Shape of the marker of data points in a chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
     /// Filled circle.
     Circle,
-    /// Square.
+    /// Filled square.
     Square,
-    /// Triangle.
+    /// Filled triangle.
     Triangle,
-    /// Diamond.
+    /// Filled diamond.
     Diamond,
-    /// Triangle pointing down.
+    /// Triangle with its tip down.
     Inverted,
 }
 
 impl Marker {
-    /// All markers, in the order of use.
+    /// All marker shapes, in the order in which curves use them.
     pub const ALL: [Self; 5] = [
         Self::Circle,
         Self::Square,
@@ -83,7 +84,7 @@ impl Marker {
         Self::Inverted,
     ];
 
-    /// Name of the marker in the data of a figure.
+    /// Returns the name of the marker shape in the JSON data of a figure.
     fn name(self) -> &'static str {
         match self {
             Self::Circle => "circle",
@@ -110,21 +111,21 @@ impl Marker {
 /// Line style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stroke {
-    /// No line.
+    /// No line: markers only.
     None,
-    /// Thin line, a guide to the eye between markers.
+    /// Thin solid line, a guide to the eye between markers.
     Thin,
-    /// Solid line.
+    /// Solid line of normal width.
     Solid,
     /// Dashed line, for theory.
     Dashed,
-    /// Bars from zero, each from a point to its `end`.
+    /// Histogram bars from zero, each from the `x` of a point to its `end`.
     Bars,
 }
 
 impl Stroke {
-    /// CSS class of the line; `None` without a line. A curve of `many` points has no markers, so
-    /// its line is thicker.
+    /// Returns the CSS class of the line; `None` without a line. A curve of `many` points has no
+    /// markers, so its line is thicker.
     pub(crate) fn class(self, many: bool) -> Option<&'static str> {
         match self {
             Self::None => None,
@@ -136,7 +137,7 @@ impl Stroke {
     }
 }
 
-/// Data point of a curve.
+/// Data point of a curve, with its error and its theoretical value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChartPoint {
     /// Abscissa, in the unit of the horizontal axis.
@@ -146,24 +147,24 @@ pub struct ChartPoint {
     pub end: f64,
     /// Ordinate, in the unit of the vertical axis.
     pub y: f64,
-    /// Standard error of the ordinate.
+    /// Standard error of the ordinate; `None` if there is none.
     pub error: Option<f64>,
-    /// Theoretical value of the ordinate.
+    /// Theoretical value of the ordinate; `None` if there is none.
     pub theory: Option<f64>,
 }
 
 /// Curve of a chart: points, markers, line and colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartCurve {
-    /// Name in the legend.
+    /// Name of the curve in the legend.
     pub label: String,
-    /// Colour, a CSS value.
+    /// Colour of the curve, a CSS value.
     pub colour: String,
-    /// Marker of the points; `None` without markers.
+    /// Marker of the data points; `None` without markers.
     pub marker: Option<Marker>,
-    /// Line style between the points.
+    /// Line style between the data points.
     pub stroke: Stroke,
-    /// Points, by increasing abscissa.
+    /// Data points of the curve, by increasing abscissa.
     pub points: Vec<ChartPoint>,
 }
 
@@ -181,20 +182,20 @@ pub struct Word {
 /// Chart with axes, curves, reference lines and labels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// Horizontal axis.
+    /// Horizontal axis of the chart.
     pub x: ChartAxis,
-    /// Vertical axis.
+    /// Vertical axis of the chart.
     pub y: ChartAxis,
-    /// Curves, drawn in this order.
+    /// Curves of the chart, in drawing order.
     pub curves: Vec<ChartCurve>,
-    /// Horizontal reference lines with their labels.
+    /// Horizontal reference lines: label and ordinate.
     pub lines: Vec<(String, f64)>,
     /// Text labels next to points.
     pub words: Vec<Word>,
 }
 
 impl Chart {
-    /// Creates a chart without curves.
+    /// Creates a chart without curves from its two axes.
     pub fn new(x: ChartAxis, y: ChartAxis) -> Self {
         Self {
             x,
@@ -236,9 +237,9 @@ impl Chart {
         extent(scale, ends.chain([low, high]))
     }
 
-    /// Gives adjacent charts common axes. Where a chart would use less than a quarter of the common
-    /// vertical axis, each keeps its own, so that small effects are visible. Returns whether
-    /// vertical axes are common.
+    /// Gives adjacent charts common axes. Charts that would use less than a quarter of a common
+    /// vertical axis keep their own, so that small effects are visible. Returns true if vertical
+    /// axes are common.
     pub fn share_axes(charts: &mut [Self]) -> bool {
         fn unite(ranges: &[(f64, f64)]) -> Option<(f64, f64)> {
             let all = ranges.iter().copied();
@@ -267,7 +268,7 @@ impl Chart {
         common
     }
 
-    /// Coordinate ranges of the axes.
+    /// Computes the ranges of the horizontal and vertical axis.
     pub(crate) fn frames(&self) -> (AxisRange, AxisRange) {
         // Steps and bars end at the end of the axis.
         let steps = self.points().any(|point| point.end > point.x);
@@ -277,7 +278,7 @@ impl Chart {
         )
     }
 
-    /// Numbers of the chart in JSON, for the script that makes it interactive.
+    /// Returns the numbers of the chart as JSON, for the script that makes it interactive.
     pub(crate) fn data(&self) -> Value {
         let (x, y) = self.frames();
         let axis = |axis: &ChartAxis, frame: AxisRange| {
@@ -302,7 +303,7 @@ impl Chart {
 }
 
 impl ChartCurve {
-    /// Numbers of a curve as columns of JSON; columns without a number are left out.
+    /// Returns the numbers of the curve as columns of JSON; columns without numbers are left out.
     fn data(&self) -> Value {
         let points = || {
             self.points
@@ -332,8 +333,8 @@ impl ChartCurve {
     }
 }
 
-/// Rounds a number to nine digits, enough for a page; tables have all. `None` for numbers that are
-/// not finite, which JSON lacks.
+/// Rounds a number to nine significant digits for a page; `None` for a number that is not finite,
+/// which JSON lacks.
 pub(crate) fn short(value: f64) -> Option<f64> {
     format!("{value:.8e}")
         .parse()

@@ -1,4 +1,5 @@
-//! Corrected intervals of a sweep: control of the false discovery rate over its points.
+//! Confidence intervals of a sweep, corrected for multiple comparisons by the false discovery rate
+//! over its points.
 //!
 //! Each point has a number chosen before the run, with an interval at the level q. Of m points,
 //! those are *decided* whose interval lies inside the margin or on one side of zero. The largest k
@@ -13,22 +14,23 @@
 use stosszahl_analysis::compare::{ComparisonVerdict as Test, Interval, VerdictRule};
 use stosszahl_results::{ComparedNumber, VerdictKind};
 
-/// Intervals of a point: at its own level, and corrected for all points.
+/// Confidence intervals of a sweep point: at its own error rate, and corrected for all points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corrected {
-    /// Interval at the level of the point alone.
+    /// Confidence interval at the error rate of the point alone.
     pub own: Option<[f64; 2]>,
-    /// Interval at the level that is corrected for all points.
+    /// Confidence interval at the error rate that is corrected for all points.
     pub corrected: Option<[f64; 2]>,
-    /// Verdict by the corrected interval.
+    /// Verdict from the corrected interval.
     pub kind: VerdictKind,
 }
 
-/// Numbers of all points, each with its own and its corrected interval; `None` where nothing is
-/// compared or the comparison is void.
+/// Compared number of each sweep point with its intervals; `None` where nothing is compared or the
+/// comparison is void.
 pub(crate) type Numbers = Vec<Option<(ComparedNumber, Corrected)>>;
 
-/// Returns the confidence interval of a compared number at a level, and the outcome of the test.
+/// Computes the confidence interval of a compared number at an error rate, and the outcome of the
+/// test.
 fn at_level(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
     let freedom = one.degrees_of_freedom.map(|count| count as usize);
     let interval = Interval::student(one.difference, one.standard_error, freedom, level);
@@ -40,8 +42,8 @@ fn at_level(one: &ComparedNumber, level: f64) -> (Option<[f64; 2]>, Test) {
     (interval.ends, interval.decide(&rule))
 }
 
-/// Corrects the numbers of all points of a sweep. Points without a number, or with a void
-/// comparison, do not count.
+/// Computes corrected intervals for the compared numbers of all sweep points. Points without a
+/// number, or with a void comparison, do not count.
 ///
 /// ```
 /// use stosszahl_report::corrected;

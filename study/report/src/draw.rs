@@ -1,4 +1,4 @@
-//! SVG drawing of charts: axes, curves, markers and legends.
+//! SVG drawing of charts for report pages: axes, curves, markers and legends.
 //!
 //! The alternative of a plotting library lost: static figures of reports take a few hundred lines
 //! here. The libraries that were tried doubled the build time, numbered clip paths globally and
@@ -12,50 +12,50 @@ use serde_json::Value;
 use crate::chart::{Chart, ChartCurve, ChartPoint, Stroke};
 use crate::scale::{AxisRange, Tick};
 
-/// Width of a chart \[px\].
+/// Width of a chart on the page \[px\].
 pub(crate) const WIDTH: f64 = 440.0;
-/// Height of a chart \[px\].
+/// Height of a chart on the page \[px\].
 pub(crate) const HEIGHT: f64 = 310.0;
-/// Margin left of the frame \[px\].
+/// Margin left of a chart's frame, for the vertical axis \[px\].
 pub(crate) const LEFT: f64 = 62.0;
-/// Margin right of the frame \[px\].
+/// Margin right of a chart's frame \[px\].
 pub(crate) const RIGHT: f64 = 14.0;
-/// Margin above the frame \[px\].
+/// Margin above a chart's frame \[px\].
 pub(crate) const TOP: f64 = 10.0;
-/// Margin below the frame \[px\].
+/// Margin below a chart's frame, for the horizontal axis \[px\].
 pub(crate) const BOTTOM: f64 = 46.0;
-/// Largest number of points drawn as markers; a longer curve is a line.
+/// Largest number of points that get markers; a longer curve is drawn as a line.
 const MARKS: usize = 60;
-/// Largest number of points of a drawn line.
+/// Largest number of points along a drawn line; longer curves are thinned.
 const VERTICES: usize = 600;
 
-/// Width and height of the area inside a chart's frame \[px\].
+/// Returns width and height of the area inside a chart's frame \[px\].
 pub(crate) fn chart_size() -> [f64; 2] {
     [WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM]
 }
 
-/// Drawn chart or map.
+/// Chart or map drawn as SVG, with its numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Plot {
-    /// Text description for screen readers.
+    /// Text description of the drawing for screen readers.
     pub description: String,
-    /// Height, for the width [`WIDTH`] \[px\].
+    /// Height of the drawing \[px\], for the width [`WIDTH`].
     pub height: f64,
-    /// Content of the SVG element.
+    /// Content of the drawing's SVG element.
     pub content: Markup,
-    /// Numbers of the drawing in JSON.
+    /// Numbers of the drawing as JSON, for the interactive chart.
     pub data: Value,
 }
 
 impl Plot {
-    /// SVG element for a page.
+    /// Returns the drawing as an SVG element of a page.
     pub fn inline(&self) -> Markup {
         html! {
             svg.plot viewBox=(format!("0 0 {WIDTH} {:.0}", self.height)) role="img" aria-label=(self.description) { (self.content) }
         }
     }
 
-    /// SVG element nested in another SVG element, at a position.
+    /// Returns the drawing as an SVG element nested in another one, at a position \[px\].
     pub fn placed(&self, x: f64, y: f64) -> Markup {
         html! {
             svg.plot x=(format!("{x:.0}")) y=(format!("{y:.0}")) width=(WIDTH) height=(format!("{:.0}", self.height)) { (self.content) }
@@ -63,7 +63,7 @@ impl Plot {
     }
 }
 
-/// Frame, grid, ticks and labels around an area of the given size.
+/// Draws frame, grid, ticks and axis labels around an area of the given size \[px\].
 pub(crate) fn axes(
     [width, height]: [f64; 2],
     [x_ticks, y_ticks]: &[Vec<Tick>; 2],
@@ -122,7 +122,7 @@ pub(crate) fn axes(
 }
 
 impl Chart {
-    /// Draws the chart; `description` is its text for screen readers.
+    /// Draws the chart as SVG; `description` is its text for screen readers.
     pub(crate) fn plot(&self, description: String) -> Plot {
         let (x, y) = self.frames();
         let ticks = [self.x.ticks(&x), self.y.ticks(&y)];
@@ -143,7 +143,7 @@ impl Chart {
     }
 }
 
-/// Coordinate system of the area inside a chart's frame.
+/// Coordinate system inside a chart's frame: from values to pixels.
 pub(crate) struct Canvas {
     pub x: AxisRange,
     pub y: AxisRange,
@@ -151,7 +151,7 @@ pub(crate) struct Canvas {
 }
 
 impl Canvas {
-    /// Draws a chart inside its axes.
+    /// Draws the curves, reference lines and labels of a chart inside its axes.
     pub fn chart(&self, chart: &Chart, axes: &Markup) -> Markup {
         let [width, height] = self.size;
         let words = chart.words.iter().filter_map(|word| {
@@ -226,7 +226,7 @@ impl Canvas {
         }
     }
 
-    /// SVG path of histogram bars, from zero up.
+    /// Returns the SVG path of histogram bars, drawn upwards from zero.
     fn bars(&self, points: &[ChartPoint]) -> String {
         let mut path = String::new();
         let foot = (1.0 - self.y.clamped(0.0)) * self.size[1];
@@ -262,7 +262,7 @@ impl Canvas {
     }
 }
 
-/// Legend symbol of a curve, 34 wide and 12 high \[px\].
+/// Draws the legend symbol of a curve, 34 wide and 12 high \[px\].
 pub(crate) fn sign(curve: &ChartCurve) -> Markup {
     let mut mark = String::new();
     if let Some(marker) = curve.marker {

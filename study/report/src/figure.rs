@@ -1,4 +1,4 @@
-//! Charts of a table's figure: the rows of each panel and curve, and their styles.
+//! Figures of result tables as charts: grouping of rows into panels and curves, and their styles.
 //!
 //! Every engine has one colour and one marker in all charts. Where the curves of one engine differ
 //! in another key, such as time, colours follow a second, ordered scale from dark to bright.
@@ -15,54 +15,54 @@ use crate::draw::Plot;
 use crate::map::{Map, with_obstacles};
 use crate::words::{number, spread};
 
-/// Largest number of panels of a figure.
+/// Largest number of panels of a figure; of more, an even selection is drawn.
 pub(crate) const PANELS: usize = 9;
-/// Largest number of curves of one engine in a panel.
+/// Largest number of curves of one engine in a panel; of more, an even selection is drawn.
 const CURVES: usize = 8;
 /// Number of colours of the ordered scale in the style sheet.
 const SHADES: usize = 7;
 
-/// Drawn figure: legend, panels and notes.
+/// Figure drawn from a table: legend, panels and caption.
 pub(crate) struct Drawn {
-    /// Legend entries, one for each kind of curve.
+    /// Legend entries of the figure, one for each kind of curve.
     pub legend: Vec<ChartCurve>,
-    /// Panels, in the order of the page.
+    /// Panels of the figure, in the order of the page.
     pub panels: Vec<Panel>,
     /// True if all panels have the same range of the vertical axis.
     pub common: bool,
-    /// Caption of the figure, with a note on the data that are left out.
+    /// Caption of the figure, with a note on data that are left out.
     pub note: String,
 }
 
 /// Panel of a figure: a chart or map, drawn for the page.
 #[derive(Clone, Debug)]
 pub(crate) struct Panel {
-    /// Title; empty for a panel that needs none.
+    /// Title of the panel; empty if it needs none.
     pub title: String,
-    /// SVG drawing of the panel, in the size of the report's page.
+    /// SVG drawing of the panel, in its size on the report page.
     pub plot: Plot,
-    /// Chart or map that the drawing shows.
+    /// Chart or map that the drawing of the panel shows.
     pub subject: Subject,
 }
 
 /// Chart or map of a panel, from which it can be drawn in another size.
 #[derive(Clone, Debug)]
 pub(crate) enum Subject {
-    /// Curves or histograms.
+    /// Chart with curves or histograms.
     Chart(Chart),
-    /// Quantity over the plane.
+    /// Map of a quantity over the plane, with colours and obstacles.
     Map {
-        /// Map with its values.
+        /// Map with its values by cell.
         map: Map,
-        /// Values at the ends of the colour bar.
+        /// Values at the lower and upper end of the colour bar.
         range: (f64, f64),
-        /// Obstacles of the case.
+        /// Obstacles of the case, as JSON.
         obstacles: Vec<Value>,
     },
 }
 
 impl Panel {
-    /// Draws the obstacles of the case over a map; a chart is unchanged.
+    /// Adds the obstacles of the case to the drawing of a map; a chart is unchanged.
     pub(crate) fn add_obstacles(&mut self, all: &[Value]) {
         if let Subject::Map { obstacles, .. } = &mut self.subject {
             *obstacles = all.to_vec();
@@ -72,7 +72,7 @@ impl Panel {
 }
 
 impl Drawn {
-    /// Joins figures one after the other, with one legend.
+    /// Joins several figures into one, with all their panels and a common legend.
     pub(crate) fn join(all: Vec<Self>) -> Self {
         let mut joined = Self {
             legend: Vec::new(),
@@ -88,7 +88,7 @@ impl Drawn {
     }
 }
 
-/// Adds curves to a legend, without their points, unless it has them.
+/// Adds curves to a legend, without their points, unless the legend has them already.
 fn add_to_legend<'a>(
     legend: &mut Vec<ChartCurve>,
     curves: impl IntoIterator<Item = &'a ChartCurve>,
@@ -103,23 +103,23 @@ fn add_to_legend<'a>(
     }
 }
 
-/// Colour of an engine, a CSS value.
+/// Returns the colour of an engine, a CSS value.
 pub fn engine_colour(engine: &str) -> String {
     engine_rank(engine).map_or("var(--ink)".into(), |rank| format!("var(--engine-{rank})"))
 }
 
-/// Marker of an engine.
+/// Returns the marker shape of an engine.
 pub fn engine_marker(engine: &str) -> Marker {
     Marker::ALL[engine_rank(engine).unwrap_or(0) % Marker::ALL.len()]
 }
 
-/// Group of rows with equal values in some columns.
+/// Group of table rows with equal values in the key columns.
 struct Group<'a> {
     keys: Vec<&'a TableCell>,
     rows: Vec<&'a [TableCell]>,
 }
 
-/// Groups rows by their values in some columns, in order of occurrence.
+/// Groups table rows by their values in some columns, in order of occurrence.
 fn groups<'a>(rows: &[&'a [TableCell]], columns: &[usize]) -> Vec<Group<'a>> {
     let mut places = std::collections::HashMap::new();
     let mut groups: Vec<Group<'a>> = Vec::new();
@@ -134,7 +134,7 @@ fn groups<'a>(rows: &[&'a [TableCell]], columns: &[usize]) -> Vec<Group<'a>> {
     groups
 }
 
-/// Formats a cell for readers.
+/// Formats the cell of a column as text of a title or legend.
 pub(crate) fn cell_text(column: &str, cell: &TableCell) -> String {
     match cell {
         TableCell::Text(text) if column.starts_with("engine") => engine_title(text).to_owned(),
@@ -145,7 +145,7 @@ pub(crate) fn cell_text(column: &str, cell: &TableCell) -> String {
     }
 }
 
-/// Title of a group of rows, made of its key values.
+/// Formats the title of a group of rows from the values of its key columns.
 fn title(table: &Table, columns: &[usize], keys: &[&TableCell]) -> String {
     let mut words: Vec<String> = Vec::new();
     let mut engines: Vec<String> = Vec::new();
@@ -170,8 +170,8 @@ fn title(table: &Table, columns: &[usize], keys: &[&TableCell]) -> String {
     words.join(", ")
 }
 
-/// Engine of a group of rows. For a comparison of two engines, it is the engine compared with exact
-/// dynamics, or the first if neither is exact.
+/// Returns the engine of a group of rows, which decides its colour. For a comparison of two
+/// engines, it is the one compared with exact dynamics, or the first if neither is exact.
 fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a TableCell]) -> Option<&'a str> {
     let named = columns
         .iter()
@@ -191,7 +191,7 @@ fn engine<'a>(table: &Table, columns: &[usize], keys: &[&'a TableCell]) -> Optio
     found
 }
 
-/// Returns true if a group is about two engines of which neither is exact.
+/// Returns true if a group of rows compares two engines of which neither is exact.
 fn of_others(table: &Table, columns: &[usize], keys: &[&TableCell]) -> bool {
     let named = columns.iter().zip(keys);
     let engines = named.filter(|(column, _)| table.columns[**column].name.starts_with("engine"));
@@ -199,7 +199,8 @@ fn of_others(table: &Table, columns: &[usize], keys: &[&TableCell]) -> bool {
     engines.clone().count() > 1 && !engines.map(|(_, cell)| *cell).any(|cell| exact(&cell))
 }
 
-/// Returns the indices of the columns with these names, as far as the table has them.
+/// Returns the indices of the columns with the given names; names that the table lacks are left
+/// out.
 fn find_columns(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
     names
         .iter()
@@ -207,7 +208,7 @@ fn find_columns(table: &Table, names: &[impl AsRef<str>]) -> Vec<usize> {
         .collect()
 }
 
-/// Draws a figure of a table; `None` if there is nothing to draw.
+/// Draws a figure of a table, as its description says; `None` if there is nothing to draw.
 pub(crate) fn draw(table: &Table, figure: &Figure) -> Option<Drawn> {
     let rows: Vec<&[TableCell]> = table.rows.iter().map(Vec::as_slice).collect();
     let panels = find_columns(table, &figure.panels);
@@ -284,22 +285,23 @@ fn curves(
     })
 }
 
-/// Curves of a figure: their table, columns and keys.
+/// Curves of a figure: their table, columns and key columns.
 struct Curves<'a> {
     table: &'a Table,
     figure: &'a Figure,
     x: usize,
     y: usize,
-    /// Key columns that distinguish engines.
+    /// Indices of the key columns that distinguish engines.
     engines: Vec<usize>,
-    /// Key columns with more than one value, which distinguish curves.
+    /// Indices of other key columns with more than one value, which distinguish curves of one
+    /// engine.
     others: Vec<usize>,
-    /// Drawn values of the key columns that do not distinguish engines.
+    /// Values, in the key columns that do not distinguish engines, for which curves are drawn.
     values: Vec<String>,
-    /// Number of values of the key columns that do not distinguish engines, drawn or not.
+    /// Number of all values in the key columns that do not distinguish engines, drawn or not.
     all: usize,
     several: bool,
-    /// Names of positions on the horizontal axis, if it has words.
+    /// Names at the positions of the horizontal axis, if its values are words.
     names: Vec<String>,
 }
 
@@ -338,8 +340,8 @@ impl<'a> Curves<'a> {
         })
     }
 
-    /// Returns the sentences of the caption: the quantity, the meaning of bars and dashed lines,
-    /// and the data that are left out.
+    /// Writes the caption of the figure: the quantity, the meaning of bars and dashed lines, and
+    /// the data that are left out.
     fn caption_text(&self, rows: &[&[TableCell]]) -> String {
         let column = &self.table.columns[self.y];
         let mut note = String::new();
@@ -388,7 +390,7 @@ impl<'a> Curves<'a> {
         Some(place as f64 + 1.0)
     }
 
-    /// Points of some rows, from a column of ordinates and the columns of its errors and theory.
+    /// Reads the points of a curve from table rows: abscissa, ordinate, error and theory.
     fn points(
         &self,
         rows: &[&[TableCell]],
@@ -418,8 +420,8 @@ impl<'a> Curves<'a> {
         points
     }
 
-    /// Returns the index of the column after the ordinate that has this role, such as its standard
-    /// error.
+    /// Returns the index of the column after the ordinate that has a given role for it, such as its
+    /// standard error.
     fn companion(&self, role: Role) -> Option<usize> {
         let after = self.table.columns.iter().enumerate().skip(self.y + 1);
         let mut own = after.take_while(|(_, column)| {
@@ -526,14 +528,15 @@ impl<'a> Curves<'a> {
     }
 }
 
-/// Returns the colour of index `place` out of `count` in the ordered scale, a CSS value.
+/// Returns the colour with index `place` out of `count` in the scale from dark to bright, a CSS
+/// value.
 fn shade(place: usize, count: usize) -> String {
     let last = count.saturating_sub(1).max(1);
     format!("var(--shade-{})", (place * (SHADES - 1) + last / 2) / last)
 }
 
-/// Draws a map for each panel, with common colours; keys that would distinguish curves become
-/// panels.
+/// Draws a map of a quantity for each panel, with common colours. Keys that would distinguish
+/// curves become panels.
 fn maps(
     table: &Table,
     figure: &Figure,

@@ -1,4 +1,4 @@
-//! Report of a results folder: one self-contained HTML page.
+//! Report of a results folder as one self-contained HTML page with SVG figures.
 //!
 //! [`write_report`] needs only the folder, so a report can be rebuilt at any time on any machine,
 //! and equal folders give equal bytes. No table is known by name: its figures say how it is drawn.
@@ -64,41 +64,41 @@ pub use print::{
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// The folder holds neither a run nor a sweep.
+    /// The results folder holds neither a run nor a sweep.
     #[error("{}: neither manifest.json nor sweep.json is in this folder; expected the folder of a finished run", folder.display())]
     NoResults {
-        /// Path of the folder.
+        /// Path of the results folder.
         folder: PathBuf,
     },
-    /// No table of the folder has a figure that can be drawn.
+    /// No table of the results folder has a figure that can be drawn.
     #[error("{}: no table of this folder has a figure that could be drawn", folder.display())]
     NoFigures {
-        /// Path of the folder.
+        /// Path of the results folder.
         folder: PathBuf,
     },
-    /// The folder has no figure of this name.
+    /// The results folder has no figure of the requested name.
     #[error("{}: no figure is called {name}{}; its figures are {}", folder.display(),
         close.as_ref().map_or_else(String::new, |close| format!(" (did you mean {close}?)")), names.join(", "))]
     NoFigure {
-        /// Path of the folder.
+        /// Path of the results folder.
         folder: PathBuf,
-        /// Name as given.
+        /// Name of the figure as given.
         name: String,
-        /// Name of the closest figure, if one is close.
+        /// Name of the most similar figure; `None` if none is similar.
         close: Option<String>,
-        /// Names of all figures.
+        /// Names of all figures of the folder.
         names: Vec<String>,
     },
-    /// The width of a figure for print is not allowed.
+    /// The requested width of a figure for print is out of range.
     #[error("a width of {found} mm; allowed is {} to {} mm", PRINT_WIDTHS[0], PRINT_WIDTHS[1])]
     PrintWidth {
-        /// Width as given \[mm\].
+        /// Requested width \[mm\].
         found: f64,
     },
-    /// A file of the folder is absent or damaged, or the page cannot be written.
+    /// A file of the results folder is absent or damaged, or the page cannot be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// A snapshot is damaged.
+    /// A snapshot file of the results folder is damaged.
     #[error(transparent)]
     Snapshot(#[from] FileError),
 }
@@ -123,15 +123,16 @@ pub fn drawings(title: &str, figures: &[(&str, &Table, &Figure)]) -> Option<Stri
     Some(sheet::sheet(title, &figure::Drawn::join(all)))
 }
 
-/// Page with its drawings and tables.
+/// Report page in HTML with the files that belong to it.
 struct Report {
     page: String,
-    /// Names of files inside the folder, and their contents.
+    /// Further files of the report, such as drawings: names inside the results folder, and
+    /// contents.
     beside: Vec<(String, Vec<u8>)>,
 }
 
 impl Report {
-    /// Writes all files, the page last; `guard` is called before each file.
+    /// Writes all files of the report, the page last; `guard` is called before each file.
     fn write(&self, folder: &Path, guard: Guard<'_>) -> Result<PathBuf, ReportError> {
         for (name, bytes) in &self.beside {
             guard()?;
@@ -144,11 +145,11 @@ impl Report {
     }
 }
 
-/// Check whether files may still be written into the folder.
+/// Callback that returns an error if files may no longer be written into the results folder.
 type Guard<'a> = &'a dyn Fn() -> Result<(), ResultsError>;
 
-/// Writes the report of a results folder held by this process, as [`write_report`]. Nothing is
-/// written if the folder was moved or replaced meanwhile.
+/// Writes the report of a results folder that this process has locked, as [`write_report`]. Nothing
+/// is written if the folder was moved or replaced meanwhile.
 ///
 /// # Errors
 /// As [`write_report`], and [`ResultsError::Moved`].

@@ -1,4 +1,4 @@
-//! Page with a headline, a figure, sentences and lists, as of a frontier.
+//! HTML page with a headline, figures, sentences and lists, such as the page of a frontier.
 
 use maud::html;
 use stosszahl_results::Table;
@@ -6,27 +6,27 @@ use stosszahl_results::Table;
 use crate::figure::draw;
 use crate::page::{self, ListColumn, document, unbroken};
 
-/// List of texts: its title, columns and rows.
+/// List on a page: its title, columns and rows of text.
 pub type Listing<'a> = (&'a str, &'a [ListColumn<'a>], &'a [Vec<String>]);
 
-/// Contents of a list page.
+/// Contents of an HTML page with headline, figures, sentences and lists.
 #[derive(Clone, Copy, Debug)]
 pub struct Listed<'a> {
-    /// Title of the page.
+    /// Title of the HTML page.
     pub title: &'a str,
-    /// Headline: the main result in one sentence.
+    /// Headline of the page: the main result in one sentence.
     pub headline: &'a str,
-    /// Table whose figures are shown below the headline.
+    /// Table whose figures are shown below the headline of the page.
     pub figure: &'a Table,
-    /// Sentences below the figures.
+    /// Sentences below the figures of the page.
     pub lines: &'a [String],
-    /// Collapsed groups of sentences, each with its title.
+    /// Collapsed groups of sentences on the page, each with its title.
     pub folded: &'a [(&'a str, &'a [String])],
-    /// Lists of the report; lists without rows are left out.
+    /// Lists on the page; lists without rows are left out.
     pub lists: &'a [Listing<'a>],
 }
 
-/// Builds the list page in HTML.
+/// Builds the HTML page from its contents.
 pub fn listing(page: &Listed<'_>) -> String {
     let table = page.figure;
     let figures = (table.figures.iter()).filter_map(|figure| Some((figure, draw(table, figure)?)));

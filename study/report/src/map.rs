@@ -1,4 +1,4 @@
-//! Maps: a quantity over the plane as coloured cells, with a colour bar.
+//! Maps of a quantity over the plane as coloured cells with a colour bar, drawn as SVG.
 
 use std::fmt::Write as _;
 
@@ -10,13 +10,14 @@ use crate::chart::short;
 use crate::draw::{BOTTOM, LEFT, Plot, TOP, WIDTH, axes};
 use crate::scale::AxisRange;
 
-/// Margin on the right, for the colour bar \[px\].
+/// Margin right of the map, for the colour bar \[px\].
 const RIGHT: f64 = 84.0;
-/// Width of the map \[px\].
+/// Width of the map inside its frame \[px\].
 const MAP_WIDTH: f64 = WIDTH - LEFT - RIGHT;
-/// Smallest and largest height of the map \[px\].
+/// Smallest and largest height of the map inside its frame \[px\].
 const HEIGHTS: [f64; 2] = [90.0, 380.0];
-/// Colours of the bar, lowest first (viridis).
+/// Colours of the colour bar from lowest to highest value (viridis), between which others are
+/// interpolated.
 const COLOURS: [[f64; 3]; 6] = [
     [68.0, 1.0, 84.0],
     [65.0, 68.0, 135.0],
@@ -25,36 +26,36 @@ const COLOURS: [[f64; 3]; 6] = [
     [122.0, 209.0, 81.0],
     [253.0, 231.0, 37.0],
 ];
-/// Number of colour steps.
+/// Number of colour steps of the colour bar.
 pub(crate) const STEPS: usize = 48;
 
-/// Map of a quantity over the plane.
+/// Map of a quantity over the plane: cells, labels and units.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Map {
-    /// Labels of the axes.
+    /// Labels of the horizontal and vertical axis.
     pub labels: [String; 2],
-    /// Label of the colour bar.
+    /// Label of the colour bar: the quantity.
     pub value: String,
     /// Units of both axes and of the colour bar; `1` for pure numbers.
     pub units: [String; 3],
-    /// Scale of the colours.
+    /// Scale of the colours: linear or logarithmic.
     pub scale: AxisScale,
-    /// Coordinates `x`, `y` and the quantity there.
+    /// Cells of the map: coordinates `x` and `y` of the centre, and the value.
     pub cells: Vec<[f64; 3]>,
 }
 
 impl Map {
-    /// Smallest and largest value; `None` without values.
+    /// Returns smallest and largest value of the map; `None` without values.
     pub fn range(&self) -> Option<(f64, f64)> {
         crate::scale::extent(self.scale, self.cells.iter().map(|cell| cell[2]))
     }
 
-    /// Ends of both axes, around all cells.
+    /// Returns lower and upper end of both axes, around all cells.
     pub fn ends(&self) -> [(f64, f64); 2] {
         self.edges().map(|edges| (edges[0], edges[edges.len() - 1]))
     }
 
-    /// Height over width of the map, within the limits of a page.
+    /// Returns height over width of the map, within the limits of a page.
     pub fn aspect(&self) -> f64 {
         let [x, y] = self.ends();
         let aspect = (y.1 - y.0) / (x.1 - x.0);
@@ -65,7 +66,7 @@ impl Map {
         [0, 1].map(|axis| edges(self.cells.iter().map(|cell| cell[axis])))
     }
 
-    /// Cells that can be coloured: the colour step of each, and the positions of its left, right,
+    /// Returns the cells that can be coloured: colour step, and positions of the left, right,
     /// bottom and top edges from 0 to 1 along the axes.
     pub fn coloured_cells(&self, bar: &AxisRange) -> Vec<(usize, [f64; 4])> {
         let edges = self.edges();
@@ -89,7 +90,7 @@ impl Map {
         placed.collect()
     }
 
-    /// Draws the map with colours from `low` to `high`.
+    /// Draws the map as SVG, with colours for values from `low` to `high`.
     pub fn plot(&self, (low, high): (f64, f64), description: String) -> Plot {
         let [x, y] = self
             .ends()
@@ -132,7 +133,8 @@ impl Map {
         }
     }
 
-    /// Numbers of the map in JSON: axis ranges, position of the frame in the drawing, and cells.
+    /// Returns the numbers of the map as JSON: axis ranges, position of the frame in the drawing,
+    /// and cells.
     fn data(&self, [x, y]: [[f64; 2]; 2], frame: [f64; 4]) -> Value {
         let shown = |axis: usize| -> Vec<Option<f64>> {
             let known = self
@@ -184,7 +186,7 @@ pub(crate) fn with_obstacles(plot: &mut Plot, obstacles: &[Value]) {
     plot.content = content;
 }
 
-/// Cell edges, halfway between distinct neighbouring coordinates.
+/// Returns cell edges, halfway between neighbouring coordinates of cell centres.
 fn edges(places: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut places: Vec<f64> = places.filter(|place| place.is_finite()).collect();
     places.sort_by(f64::total_cmp);
@@ -207,7 +209,7 @@ fn colour(step: usize) -> String {
     format!("rgb({red:.0} {green:.0} {blue:.0})")
 }
 
-/// Colour of a step of the bar: red, green and blue from 0 to 255.
+/// Returns the colour of a step of the colour bar: red, green and blue from 0 to 255.
 pub(crate) fn step_colour(step: usize) -> [f64; 3] {
     let place = step as f64 / (STEPS - 1) as f64 * (COLOURS.len() - 1) as f64;
     let below = (place as usize).min(COLOURS.len() - 2);

@@ -1,4 +1,4 @@
-//! Parts of pages: the document, tables, figures, verdicts.
+//! Building blocks of HTML report pages: the document, tables, figures, verdicts.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
@@ -8,30 +8,30 @@ use crate::draw::sign;
 use crate::figure::{Drawn, cell_text};
 use crate::words::with_error;
 
-/// Colours of pages and drawings.
+/// CSS colours of pages and drawings.
 pub(crate) const PALETTE: &str = include_str!("palette.css");
 /// CSS style of drawings.
 pub(crate) const PLOT: &str = include_str!("plot.css");
-/// Style sheet of all pages.
+/// CSS style sheet of all pages.
 const STYLE: &str = include_str!("style.css");
-/// Library for interactive charts, with its style and licence.
+/// JavaScript library for interactive charts (uPlot), with its style and licence.
 const LIBRARY: [&str; 3] = [
     include_str!("../vendor/uplot/uPlot.iife.min.js"),
     include_str!("../vendor/uplot/uPlot.min.css"),
     include_str!("../vendor/uplot/LICENSE"),
 ];
-/// Script that makes figures interactive.
+/// JavaScript that makes figures interactive.
 const FIGURES: &str = include_str!("figures.js");
-/// Largest number of table rows on a page; the file has all.
+/// Largest number of table rows shown on a page; the file has all rows.
 const ROWS: usize = 300;
-/// Number of lines of a case file shown without collapsing.
+/// Largest number of lines of a case file that are shown without collapsing.
 const LINES: usize = 60;
 
-/// Column of a list: its name, and whether it holds words.
+/// Column of a list on a page: its name, and true if it holds words.
 pub type ListColumn<'a> = (&'a str, bool);
 
-/// Builds a whole page around its content, without any external resource. Scripts are included only
-/// if the content needs them.
+/// Builds a whole HTML page around its content, without any external resource. Scripts are included
+/// only if the content needs them.
 pub(crate) fn document(title: &str, content: &Markup, scripts: &[&str]) -> String {
     // Saved pictures are drawn from data inside the page.
     let policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
@@ -62,12 +62,12 @@ pub(crate) fn document(title: &str, content: &Markup, scripts: &[&str]) -> Strin
     page.into_string()
 }
 
-/// Embeds data for a script: JSON that cannot close the element around it.
+/// Embeds data for a script in a page, as JSON that cannot close the element around it.
 pub(crate) fn data(value: &Value) -> Markup {
     PreEscaped(value.to_string().replace('<', "\\u003c"))
 }
 
-/// Table that scrolls if it is wider than the page.
+/// Builds an HTML table that scrolls if it is wider than the page.
 pub fn table(columns: &[ListColumn<'_>], rows: &[Vec<String>]) -> Markup {
     let class = |words: bool| words.then_some("text");
     let cell_class = |words: bool, cell: &str| match words {
@@ -86,7 +86,7 @@ pub fn table(columns: &[ListColumn<'_>], rows: &[Vec<String>]) -> Markup {
     }
 }
 
-/// Figure with legend, panels and caption, and the data that make it interactive.
+/// Builds the HTML of a figure: legend, panels, caption, and the data for the interactive chart.
 pub(crate) fn figure(number: usize, title: &str, caption: &str, drawn: &Drawn) -> Markup {
     let arrangement = match drawn.panels.len() {
         1 => "one",
@@ -117,7 +117,7 @@ pub(crate) fn figure(number: usize, title: &str, caption: &str, drawn: &Drawn) -
     }
 }
 
-/// Collapsed table of the results folder, with the meaning of its columns.
+/// Builds a collapsed HTML table of a result table, with the meaning of its columns.
 pub(crate) fn folded(source: &Table) -> Markup {
     // A standard error is shown in the cell of its value.
     let places: Vec<usize> = (0..source.columns.len())
@@ -157,7 +157,7 @@ pub(crate) fn folded(source: &Table) -> Markup {
     }
 }
 
-/// Verdicts, each with its kind as a word and a colour.
+/// Builds the HTML list of verdicts, each with its kind as a word in a colour.
 pub(crate) fn verdicts(verdicts: &[&VerdictText]) -> Markup {
     html! {
         ul.verdicts { @for verdict in verdicts {
@@ -169,7 +169,7 @@ pub(crate) fn verdicts(verdicts: &[&VerdictText]) -> Markup {
     }
 }
 
-/// Verdict that answers the question of a case.
+/// Builds the HTML of the verdict that answers the question of a case.
 pub(crate) fn headline(verdict: &VerdictText) -> Markup {
     html! { p.headline {
         (kind(verdict.kind)) " "
@@ -179,14 +179,14 @@ pub(crate) fn headline(verdict: &VerdictText) -> Markup {
     } }
 }
 
-/// Keeps numbers together with their errors and units at line ends.
+/// Inserts non-breaking spaces, so that numbers stay on one line with their errors and units.
 pub(crate) fn unbroken(sentence: &str) -> String {
     sentence
         .replace(" ± ", "\u{a0}±\u{a0}")
         .replace(" %", "\u{a0}%")
 }
 
-/// Kind of a verdict as a word with a symbol, in its colour.
+/// Builds the HTML of the kind of a verdict: a word with a symbol, in its colour.
 pub(crate) fn kind(kind: VerdictKind) -> Markup {
     let sign = match kind {
         VerdictKind::Agree => "✓",
@@ -199,7 +199,7 @@ pub(crate) fn kind(kind: VerdictKind) -> Markup {
     html! { span.kind.(kind.name()) { (sign) " " (kind.name()) } }
 }
 
-/// Box of warnings; empty without any.
+/// Builds the HTML box of warnings; empty without any.
 pub(crate) fn warnings(warnings: &[Markup]) -> Markup {
     html! {
         @if !warnings.is_empty() {
@@ -208,7 +208,7 @@ pub(crate) fn warnings(warnings: &[Markup]) -> Markup {
     }
 }
 
-/// Case file, collapsed if it is long.
+/// Builds the HTML of a case file, collapsed if it is long.
 pub(crate) fn case_file(text: &str) -> Markup {
     html! {
         h2 { "Case file" }

@@ -1,5 +1,5 @@
-//! Page of a paper: its figures reproduced, each with the paper's claims, the numbers found, and
-//! the verdicts.
+//! HTML page of a reproduced paper: its figures, each with the paper's claims, the numbers found,
+//! and the verdicts.
 
 use std::path::Path;
 
@@ -13,24 +13,24 @@ use crate::figure::{Drawn, draw};
 use crate::page;
 use crate::{ReportError, sweep};
 
-/// Contents of the page of a paper.
+/// Contents of the report page of a reproduced paper.
 #[derive(Clone, Debug)]
 pub struct PaperPage<'a> {
-    /// Title of the paper.
+    /// Title of the reproduced paper.
     pub title: &'a str,
-    /// Authors, journal, year.
+    /// Authors, journal and year of the paper.
     pub source: &'a str,
-    /// Remark on the paper as a whole.
+    /// Remark on the reproduction of the paper as a whole.
     pub remark: Option<&'a str>,
-    /// Numbers of claims by verdict, in words.
+    /// Summary in words: numbers of claims by verdict.
     pub summary: String,
     /// Kind of the runs, such as full or quick.
     pub kind: &'a str,
-    /// Probability of any false alarm.
+    /// Family-wise error rate of the verdicts: probability of any false alarm.
     pub family_wise_error_rate: f64,
-    /// Figures and tables of the paper.
+    /// Figures and tables of the paper, with their claims.
     pub figures: Vec<PaperFigure<'a>>,
-    /// Runs behind the figures.
+    /// Runs of cases behind the figures.
     pub runs: Vec<PaperRun<'a>>,
 }
 
@@ -41,9 +41,9 @@ pub struct PaperFigure<'a> {
     pub name: &'a str,
     /// Title of the figure.
     pub title: &'a str,
-    /// Parts of the figure that are missing here.
+    /// Parts of the paper's figure that are not reproduced, in words.
     pub missing: Option<&'a str>,
-    /// Name of the run whose tables are drawn.
+    /// Name of the run whose tables are drawn in place of the figure.
     pub run: &'a str,
     /// Tables to draw, each with the number of one of its figures from 1, or `None` for all.
     pub drawings: Vec<(&'a str, Option<usize>)>,
@@ -51,37 +51,37 @@ pub struct PaperFigure<'a> {
     pub claims: Vec<PaperClaim<'a>>,
 }
 
-/// Claim of a paper with the number found.
+/// Claim of a paper with the number that the run found, and the verdict.
 #[derive(Clone, Debug)]
 pub struct PaperClaim<'a> {
     /// Claim of the paper in words.
     pub claim: &'a str,
-    /// Location of the number in the results.
+    /// Location of the number in the result tables, in words.
     pub place: String,
     /// Number that the paper states, as text.
     pub paper: String,
     /// Number found by the run, as text.
     pub found: String,
-    /// Largest deviation that counts as agreement; empty for bounds.
+    /// Largest deviation that counts as agreement, as text; empty for bounds.
     pub margin: String,
     /// Number found over the paper's value; `None` for bounds.
     pub ratio: Option<TableEstimate>,
     /// Verdict on the claim.
     pub verdict: &'a VerdictText,
-    /// Correction of the paper, where it is wrong.
+    /// Correction of the paper, if the claim is wrong; `None` otherwise.
     pub correction: Option<&'a str>,
 }
 
-/// Run of a case for a paper.
+/// Run of a case, made to reproduce figures of a paper.
 #[derive(Clone, Debug)]
 pub struct PaperRun<'a> {
     /// Name of the run and of its folder.
     pub name: &'a str,
-    /// Name of the case.
+    /// Name of the case of the run.
     pub case: &'a str,
-    /// Title of the case.
+    /// Title of the case of the run.
     pub title: &'a str,
-    /// Settings changed in the case.
+    /// Case keys changed for the run, as `key=value`.
     pub settings: Vec<String>,
 }
 
@@ -99,19 +99,19 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
             drawings.push(page::figure(number, &shown.title, &shown.caption, &drawn));
         }
         let first = number + 1;
-        let ratios = ratios(figure, first);
+        let ratios = ratio_figure(figure, first);
         number += usize::from(ratios.is_some());
         figures.push(html! {
             section id=(figure_anchor(figure.name)) {
                 h2 { (figure_name(figure.name)) ". " (figure.title) }
                 @if let Some(missing) = figure.missing { p { strong { "Not here: " } (missing) } }
                 @for drawing in &drawings { (drawing) }
-                (claims(&figure.claims))
+                (claims_table(&figure.claims))
                 @if let Some(ratios) = &ratios { (ratios) }
             }
         });
     }
-    let runs = runs(folder, &paper.runs)?;
+    let runs = runs_table(folder, &paper.runs)?;
     let content = html! {
         h1 { (paper.title) }
         p.lead { (paper.source) }
@@ -129,7 +129,7 @@ pub fn paper(folder: &Path, paper: &PaperPage<'_>) -> Result<String, ReportError
     Ok(page::document(paper.title, &content, &[]))
 }
 
-/// Display name of a figure: "Fig. 3b" for a number, else the name itself.
+/// Returns the display name of a figure: "Fig. 3b" for a number, else the name itself.
 pub fn figure_name(name: &str) -> String {
     if name.starts_with(|c: char| c.is_ascii_digit()) {
         format!("Fig. {name}")
@@ -138,13 +138,14 @@ pub fn figure_name(name: &str) -> String {
     }
 }
 
-/// Name of a figure in links and files: `figure-3b`.
+/// Returns the name of a figure in links and files: `figure-3b`.
 pub fn figure_anchor(name: &str) -> String {
     let letter = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
     format!("figure-{}", name.chars().map(letter).collect::<String>())
 }
 
-/// Figures of some tables of a results folder; of a sweep, with a panel for each point.
+/// Draws the requested figures of the tables of a results folder; for a sweep, with one panel for
+/// each point.
 fn drawn(
     folder: &Path,
     wanted: &[(&str, Option<usize>)],
@@ -174,8 +175,8 @@ fn drawn(
     Ok(found)
 }
 
-/// Table of the claims of a figure, each with its verdict.
-fn claims(all: &[PaperClaim<'_>]) -> Markup {
+/// Builds the HTML table of the claims about a figure, each with its verdict.
+fn claims_table(all: &[PaperClaim<'_>]) -> Markup {
     html! {
         @if !all.is_empty() {
             div.scroll { table {
@@ -190,7 +191,7 @@ fn claims(all: &[PaperClaim<'_>]) -> Markup {
                     td.text { (page::kind(one.verdict.kind)) }
                 } } }
             } }
-            @let corrections = corrections(all);
+            @let corrections = claim_corrections(all);
             @if !corrections.is_empty() {
                 p { strong { "Corrections. " } }
                 ul { @for (claim, correction) in &corrections { li { strong { (claim) } ": " (correction) } } }
@@ -203,8 +204,8 @@ fn claims(all: &[PaperClaim<'_>]) -> Markup {
     }
 }
 
-/// Corrections of the paper, each once.
-fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
+/// Returns the corrections of the paper with their claims, each once.
+fn claim_corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
     let mut found: Vec<(&str, &str)> = Vec::new();
     for one in all {
         if let Some(correction) = one.correction
@@ -216,8 +217,8 @@ fn corrections<'a>(all: &[PaperClaim<'a>]) -> Vec<(&'a str, &'a str)> {
     found
 }
 
-/// Figure of the ratios of found to claimed values; `None` with fewer than two.
-fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
+/// Builds the HTML figure of the ratios of found to claimed values; `None` with fewer than two.
+fn ratio_figure(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
     let mut table = stosszahl_results::table! {
         "claims", "What was found over what the paper says.";
         key "claim", "1", "Number of the claim in the table above";
@@ -245,8 +246,8 @@ fn ratios(figure: &PaperFigure<'_>, number: usize) -> Option<Markup> {
     Some(page::figure(number, &title, &ratios.caption, &drawn))
 }
 
-/// Table of the runs, each with its headline and a link to its report.
-fn runs(folder: &Path, all: &[PaperRun<'_>]) -> Result<Markup, ReportError> {
+/// Builds the HTML table of the runs, each with its headline and a link to its report.
+fn runs_table(folder: &Path, all: &[PaperRun<'_>]) -> Result<Markup, ReportError> {
     let mut rows = Vec::new();
     for run in all {
         let inside = folder.join(run.name);

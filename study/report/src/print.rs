@@ -1,4 +1,4 @@
-//! Figures for papers: vector files of the width of one or two columns of a journal.
+//! Figures for papers as vector files (SVG, PDF) of the width of one or two columns of a journal.
 //!
 //! Text has 8 points at any width, lines have the widths of print, and curves are told apart
 //! without colour, by markers and dashes. A figure is arranged once as paths and lines of text,
@@ -53,7 +53,7 @@ pub struct PrintFigure {
     drawn: Drawn,
 }
 
-/// Figure drawn for print.
+/// Figure drawn for print, which can be written as SVG or PDF.
 pub struct PrintDrawing {
     title: String,
     canvas: Canvas,
@@ -98,7 +98,7 @@ pub fn print_figures(folder: &Path) -> Result<Vec<PrintFigure>, ReportError> {
     Ok(figures)
 }
 
-/// Reads one figure of a results folder.
+/// Reads one figure of a results folder by its name.
 ///
 /// # Errors
 /// As [`print_figures`], and [`ReportError::NoFigure`] if none has this name.
@@ -114,7 +114,8 @@ pub fn print_figure(folder: &Path, name: &str) -> Result<PrintFigure, ReportErro
     })
 }
 
-/// Name that is at most two letters away from a given one, or else begins with it.
+/// Returns the figure name that differs from a given one by at most two letters, or else begins
+/// with it.
 fn close_name(given: &str, names: &[String]) -> Option<String> {
     // Nothing so long is close, and distances cost the product of lengths.
     let names = names.iter().filter(|_| given.len() <= 64);
@@ -127,18 +128,18 @@ fn close_name(given: &str, names: &[String]) -> Option<String> {
 }
 
 impl PrintFigure {
-    /// Name of the figure and of its drawing in the folder: the name of the table, with `-2` and so
-    /// on for further figures of the table.
+    /// Returns the name of the figure and of its drawing in the folder: the name of the table, with
+    /// `-2` and so on for further figures of the table.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Title of the figure.
+    /// Returns the title of the figure.
     pub fn title(&self) -> &str {
         &self.title
     }
 
-    /// Draws the figure with a width \[mm\].
+    /// Draws the figure for print with a width \[mm\].
     ///
     /// # Errors
     /// [`ReportError::PrintWidth`] if the width is not in [`PRINT_WIDTHS`].
@@ -154,12 +155,13 @@ impl PrintFigure {
 }
 
 impl PrintDrawing {
-    /// Width and height \[mm\].
+    /// Returns width and height of the drawing \[mm\].
     pub fn size(&self) -> [f64; 2] {
         self.canvas.size.map(|length| length * svg::POINT)
     }
 
-    /// Letters that the fonts of this crate do not have, drawn as empty boxes.
+    /// Returns the letters of the drawing that the fonts of this crate lack; they are drawn as
+    /// empty boxes.
     pub fn missing_letters(&self) -> String {
         let texts = self.canvas.items.iter().filter_map(|item| match item {
             Item::Text(text) => Some(&text.glyphs),
@@ -170,12 +172,12 @@ impl PrintDrawing {
         letters.into_iter().collect()
     }
 
-    /// Writes the drawing as SVG, with text as outlines.
+    /// Returns the drawing as an SVG file, with text as outlines.
     pub fn to_svg(&self) -> String {
         svg::write(&self.canvas, &Fonts::new(), &self.title)
     }
 
-    /// Writes the drawing as a PDF document of one page, with its fonts embedded.
+    /// Returns the drawing as a PDF document of one page, with its fonts embedded.
     pub fn to_pdf(&self) -> Vec<u8> {
         pdf::write(&self.canvas, &Fonts::new(), &self.title)
     }

@@ -1,4 +1,4 @@
-//! Page of one run.
+//! HTML report page of one run.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::viewer::{self, Player};
 use crate::words::number;
 use crate::{Report, ReportError};
 
-/// Builds the page of a finished run.
+/// Builds the HTML report page of a finished run.
 pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportError> {
     let manifest = &stored.manifest;
     let player = viewer::player(folder, manifest)?;
@@ -47,7 +47,7 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportErro
         (particles(&player, manifest))
         section id="tables" {
             @if rest().next().is_some() { h2 { "More tables" } @for table in rest() { (page::folded(table)) } }
-            (derived(manifest)) (work(manifest)) (start(manifest))
+            (derived(manifest)) (work_table(manifest)) (start_table(manifest))
         }
         (provenance(manifest, &archive.section()))
     };
@@ -61,8 +61,8 @@ pub(crate) fn build(folder: &Path, stored: &Stored) -> Result<Report, ReportErro
     })
 }
 
-/// Adds the files of a run to an archive, under the name of its point with a slash, or under none:
-/// the manifest, tables, drawings, and snapshots as long as they fit.
+/// Adds the files of a run to an archive: manifest, tables, drawings, and snapshots as long as they
+/// fit. `point` is a prefix for their names: the name of the sweep point with a slash, or empty.
 pub(crate) fn add_to_archive(
     archive: &mut Archive,
     folder: &Path,
@@ -84,7 +84,7 @@ pub(crate) fn add_to_archive(
     Ok(())
 }
 
-/// Summary of a run: case and engines in a few sentences, and the verdicts.
+/// Builds the summary of the page: case and engines in a few sentences, and the verdicts.
 fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     let manifest = &stored.manifest;
     let engines: Vec<&str> = manifest
@@ -164,23 +164,24 @@ fn summary(stored: &Stored, player: &Player, figure: &Markup) -> Markup {
     }
 }
 
-/// Figures of a run.
+/// Figures of the report page of a run.
 struct Figures {
-    /// Figure of the question, or the first of the run without one.
+    /// HTML of the figure that the question of the case asks for, or of the first figure.
     first: Markup,
-    /// All other figures, each with its table below.
+    /// HTML of all other figures, each with its table below.
     others: Markup,
-    /// Names and contents of the drawings.
+    /// Drawings of all figures as files: names and contents.
     drawings: Vec<(String, Vec<u8>)>,
 }
 
-/// Entry of the section of figures.
+/// Entry of the figures section of a page: a figure, or a table without one.
 enum Part<'a> {
     Figure(&'a Figure, Drawn),
     Other(Markup),
 }
 
-/// Figures of a table with the names of their drawings; `None` where there is nothing to draw.
+/// Draws all figures of a table, each with the name of its file; `None` where there is nothing to
+/// draw.
 pub(crate) fn drawn<'a>(
     table: &'a Table,
     obstacles: &[Value],
@@ -262,7 +263,7 @@ fn has_particles(manifest: &Manifest) -> bool {
     snapshots.any(Snapshot::is_shown) || !manifest.frames.is_empty()
 }
 
-/// Section with the particle player.
+/// Builds the section of the page with the particle player.
 fn particles(player: &Player, manifest: &Manifest) -> Markup {
     html! {
         @if has_particles(manifest) {
@@ -276,7 +277,7 @@ fn particles(player: &Player, manifest: &Manifest) -> Markup {
                         @if player.sampled { " Where not all particles are shown, those that are shown are a fair sample." }
                         @if player.shown < player.available { " Shown are " (player.shown) " of " (player.available) " times." }
                     }
-                    (controls(player))
+                    (player_controls(player))
                     div id="viewer" {}
                     noscript { p.absent { "The player needs JavaScript." } }
                     script type="application/json" id="frames" { (PreEscaped(&player.data)) }
@@ -286,8 +287,8 @@ fn particles(player: &Player, manifest: &Manifest) -> Markup {
     }
 }
 
-/// Controls of the player, and its colour legend.
-fn controls(player: &Player) -> Markup {
+/// Builds the controls of the particle player, and its colour legend.
+fn player_controls(player: &Player) -> Markup {
     html! {
         // The script shows the controls, which do nothing without it.
         div.controls id="viewer-controls" hidden {
@@ -335,8 +336,8 @@ fn derived(manifest: &Manifest) -> Markup {
     }
 }
 
-/// Table of the engines' work, with one column for each.
-fn work(manifest: &Manifest) -> Markup {
+/// Builds the table of the engines' work counters, with one column for each engine.
+fn work_table(manifest: &Manifest) -> Markup {
     let engines = &manifest.engines;
     let mut rows: Vec<Vec<String>> = Vec::new();
     let mut add = |name: &str, value: &dyn Fn(usize) -> Option<String>| {
@@ -375,8 +376,8 @@ fn work(manifest: &Manifest) -> Markup {
     }
 }
 
-/// Table of the initial states of the replicas.
-fn start(manifest: &Manifest) -> Markup {
+/// Builds the table of the initial states of the replicas.
+fn start_table(manifest: &Manifest) -> Markup {
     let mut rows = Vec::new();
     for start in &manifest.start {
         for test in &start.tests {
@@ -426,7 +427,7 @@ fn start(manifest: &Manifest) -> Markup {
     }
 }
 
-/// Case file, citation, versions and machine.
+/// Builds the section on provenance: case file, citation, versions and machine.
 fn provenance(manifest: &Manifest, archive: &Markup) -> Markup {
     let built = match &*manifest.program.commit {
         "" => String::new(),

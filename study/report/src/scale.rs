@@ -1,31 +1,32 @@
-//! Axis scales: positions of values, and readable ticks.
+//! Axis scales, linear and logarithmic: positions of values on an axis, and ticks at round numbers.
 
 use stosszahl_results::AxisScale;
 
 use crate::words::{number, power};
 
-/// Largest absolute value that is drawn, so that sums and squares stay finite.
+/// Largest magnitude of a value that is drawn, so that sums and squares stay finite.
 const LARGEST: f64 = 1e100;
 
-/// Range of an axis with its scale.
+/// Range of an axis and its scale, linear or logarithmic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AxisRange {
     scale: AxisScale,
-    /// Lower end; on a logarithmic scale its decimal logarithm.
+    /// Lower end of the range; on a logarithmic scale its decimal logarithm.
     low: f64,
-    /// Upper end; on a logarithmic scale its decimal logarithm.
+    /// Upper end of the range; on a logarithmic scale its decimal logarithm.
     high: f64,
 }
 
-/// Tick: its position from 0 to 1, and its label; minor ticks have none.
+/// Tick of an axis: its position from 0 to 1, and its label; minor ticks have none.
 pub(crate) type Tick = (f64, Option<String>);
 
-/// Returns true if a value can be drawn on a scale.
+/// Returns true if a value can be drawn on a scale: finite, and positive on a logarithmic scale.
 pub(crate) fn shows(scale: AxisScale, value: f64) -> bool {
     value.abs() <= LARGEST && (scale == AxisScale::Linear || value >= 1.0 / LARGEST)
 }
 
-/// Smallest and largest of the values that can be drawn; `None` without any.
+/// Returns smallest and largest of the values that can be drawn on a scale; `None` if there are
+/// none.
 pub(crate) fn extent(scale: AxisScale, values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let shown = values.filter(|value| shows(scale, *value));
     shown.fold(None, |range, value| {
@@ -35,7 +36,7 @@ pub(crate) fn extent(scale: AxisScale, values: impl Iterator<Item = f64>) -> Opt
 }
 
 impl AxisRange {
-    /// Creates a range around data with some margin, or `exact` without.
+    /// Creates an axis range around data, with some margin unless `exact`.
     pub fn range_around(scale: AxisScale, (low, high): (f64, f64), exact: bool) -> Self {
         if exact && high > low {
             return match scale {
@@ -89,7 +90,7 @@ impl AxisRange {
         }
     }
 
-    /// Ends of the range, in units of the data.
+    /// Returns both ends of the range, in units of the data.
     pub fn ends(&self) -> [f64; 2] {
         match self.scale {
             AxisScale::Linear => [self.low, self.high],
@@ -97,7 +98,7 @@ impl AxisRange {
         }
     }
 
-    /// Position of a value, from 0 to 1 inside the range; `None` if it cannot be drawn.
+    /// Returns the position of a value, from 0 to 1 inside the range; `None` if it cannot be drawn.
     pub fn position_of(&self, value: f64) -> Option<f64> {
         let value = match self.scale {
             _ if !shows(self.scale, value) => return None,
@@ -107,12 +108,12 @@ impl AxisRange {
         Some((value - self.low) / (self.high - self.low))
     }
 
-    /// Position of a value, clamped to the range.
+    /// Returns the position of a value, clamped to 0 to 1.
     pub fn clamped(&self, value: f64) -> f64 {
         self.position_of(value).unwrap_or(0.0).clamp(0.0, 1.0)
     }
 
-    /// Ticks of the axis.
+    /// Returns the ticks of the axis: major ticks with labels, minor ticks without.
     pub fn ticks(&self) -> Vec<Tick> {
         match self.scale {
             AxisScale::Linear => self.linear_ticks(),
@@ -186,7 +187,8 @@ impl AxisRange {
     }
 }
 
-/// Tick step of 1, 2 or 5 times a power of ten that divides `span` into three to eight parts.
+/// Returns a tick step of 1, 2 or 5 times a power of ten that divides `span` into three to eight
+/// parts.
 fn step(span: f64) -> f64 {
     let raw = span / 5.0;
     let power = 10_f64.powf(raw.log10().floor());

@@ -7,14 +7,14 @@ use crate::draw::{WIDTH, sign};
 use crate::figure::{Drawn, Panel};
 use crate::page::{PALETTE, PLOT};
 
-/// Gap between panels \[px\].
+/// Gap between the panels of the figure \[px\].
 const GAP: f64 = 16.0;
-/// Height of a line of text \[px\].
+/// Height of a line of text in the drawing \[px\].
 const LINE: f64 = 20.0;
-/// Approximate width of a letter \[px\].
+/// Approximate width of a letter of text \[px\].
 const LETTER: f64 = 6.6;
 
-/// Builds the file of a figure; `title` is also its text for screen readers.
+/// Builds the standalone SVG file of a figure; `title` is also its text for screen readers.
 pub(crate) fn sheet(title: &str, drawn: &Drawn) -> String {
     let columns = match drawn.panels.len() {
         1 => 1,
@@ -53,7 +53,7 @@ pub(crate) fn sheet(title: &str, drawn: &Drawn) -> String {
     on_paper(&page.into_string())
 }
 
-/// Legend broken into lines of the given width, and its height \[px\].
+/// Draws the legend broken into lines of the given width, and returns its height, too \[px\].
 fn legend(curves: &[ChartCurve], width: f64) -> (Markup, f64) {
     let (mut x, mut y) = (6.0, 6.0);
     let mut items: Vec<Markup> = Vec::new();
@@ -72,8 +72,8 @@ fn legend(curves: &[ChartCurve], width: f64) -> (Markup, f64) {
     (html! { @for item in &items { (item) } }, end)
 }
 
-/// Replaces custom properties of the style sheet by print colours, since drawing programs do not
-/// know them.
+/// Replaces CSS custom properties by print colours in SVG text, since drawing programs do not know
+/// them.
 pub(crate) fn on_paper(text: &str) -> String {
     let first = PALETTE.split_once(":root{").map_or("", |(_, rest)| rest);
     let first = first.split_once('}').map_or("", |(block, _)| block);

@@ -9,13 +9,14 @@ use stosszahl_results::{Role, Stored, Sweep, Table, TableCell, TableColumn, head
 use crate::discoveries::Numbers;
 use crate::words::setting;
 
-/// Returns true if a key column is a time, of which the last value is taken.
+/// Returns true if a key column holds times, windows or lags, so that a summary takes the last of
+/// them.
 fn is_time(name: &str) -> bool {
     name == "time" || name.starts_with("window") || name.starts_with("lag")
 }
 
-/// Estimate columns of a table with their last values, named after table and engines; none for
-/// tables in which other keys have several values.
+/// Returns the estimate columns of a table with their values at the last time, named after table
+/// and engines. Empty for tables in which other keys have several values.
 fn estimates(table: &Table) -> Vec<(TableColumn, TableCell)> {
     let keys = || {
         let columns = table.columns.iter().enumerate();
@@ -74,7 +75,8 @@ fn estimates(table: &Table) -> Vec<(TableColumn, TableCell)> {
     found
 }
 
-/// Builds the table of a sweep; unfinished points have empty cells.
+/// Builds the summary table of a sweep, with one row for each point; unfinished points have empty
+/// cells.
 pub(crate) fn summary(
     sweep: &Sweep,
     points: &[Option<Stored>],

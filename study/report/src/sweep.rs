@@ -1,5 +1,5 @@
-//! Page of a sweep: measured against swept quantities, as curves or maps; then the list of points,
-//! and each figure at all points.
+//! HTML page of a sweep: measured against swept quantities as curves or maps, then the list of
+//! points, and each figure at all points.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -21,10 +21,10 @@ use crate::sheet::sheet;
 use crate::words;
 use crate::{Guard, Report, ReportError, run, summary};
 
-/// Name of the column with the point of a row.
+/// Name of the table column that holds the name of the sweep point.
 const POINT: &str = "point";
 
-/// Builds the page of a sweep and rewrites the reports of its finished points.
+/// Builds the HTML page of a sweep and rewrites the reports of its finished points.
 pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Report, ReportError> {
     let mut archive = Archive::new(&sweep.title);
     archive.add_file(folder, SWEEP_FILE)?;
@@ -62,8 +62,8 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
         h1 { (sweep.title) }
         @if !question.text.is_empty() { p.lead { (question.text) } }
         p.lead { "A sweep of " (sweep.points.len()) " points, of which " (finished) " are finished. Each point has a report of its own." }
-        (page::warnings(&changed(sweep, &points)))
-        (tally(&points, &numbers))
+        (page::warnings(&changed_table_warnings(sweep, &points)))
+        (verdict_counts(&points, &numbers))
         @for (file, figure, drawn) in first { (next(&drawn, &figure, file)) }
         (overview(sweep, &points, &keys, &numbers))
         @if !others.is_empty() { h2 { "Against what was swept" } }
@@ -83,7 +83,7 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     })
 }
 
-/// Name of a drawing, its figure, and what is drawn.
+/// Figure of a sweep: name of its file, description, and drawing.
 pub(crate) type Named = (String, Figure, Drawn);
 
 /// Reads the points of a sweep and draws its figures, in the order of its page.
@@ -94,7 +94,7 @@ pub(crate) fn drawn(folder: &Path, sweep: &Sweep) -> Result<Vec<Named>, ReportEr
     Ok(all.into_iter().flatten().collect())
 }
 
-/// Question of the first finished point; empty without one.
+/// Returns the question of the first finished point; an empty one if no point is finished.
 fn question(points: &[Option<Stored>]) -> RunQuestion {
     let first = points.iter().flatten().next();
     let question = first.map(|stored| stored.manifest.question.clone());
@@ -105,8 +105,14 @@ fn question(points: &[Option<Stored>]) -> RunQuestion {
 /// other figures against the swept keys, and each figure at all points.
 fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<Named>; 3] {
     let question = question(points);
-    let all: Vec<(Table, &Figure, String)> = (common(points).into_iter())
-        .map(|(like, figure, file)| (gather(sweep, points, keys, like, figure), figure, file))
+    let all: Vec<(Table, &Figure, String)> = (first_figures(points).into_iter())
+        .map(|(like, figure, file)| {
+            (
+                rows_at_all_points(sweep, points, keys, like, figure),
+                figure,
+                file,
+            )
+        })
         .collect();
     let answers = |table: &Table, figure: &Figure| {
         table.name == question.table && figure.y.column == question.column
@@ -114,7 +120,7 @@ fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<N
     // The answer to the question against the swept keys: as a map where two keys span one, and as
     // curves with error bars.
     let drawn = |(table, figure, file): &(Table, &Figure, String)| {
-        let (rows, trend, map) = trend(table, keys, figure)?;
+        let (rows, trend, map) = trend_figure(table, keys, figure)?;
         let leads = answers(table, figure);
         let curves = map.is_none() || leads;
         // If there is a map, it gets the name of the figure.
@@ -147,14 +153,14 @@ fn figures(sweep: &Sweep, points: &[Option<Stored>], keys: &[&String]) -> [Vec<N
     [flat(first), flat(others), each.collect()]
 }
 
-/// Returns the swept keys, sorted.
+/// Returns the swept keys of all points, sorted.
 fn keys(sweep: &Sweep) -> Vec<&String> {
     let points = sweep.points.iter();
     let keys: BTreeSet<&String> = points.flat_map(|point| point.values.keys()).collect();
     keys.into_iter().collect()
 }
 
-/// Tables of all finished points, each with its figures in one panel per point.
+/// Returns the tables of all finished points joined, with each figure in one panel per point.
 pub(crate) fn at_each_point(
     folder: &Path,
     sweep: &Sweep,
@@ -162,16 +168,16 @@ pub(crate) fn at_each_point(
     let read = |point: &SweepPoint| Stored::read(&folder.join(&point.name));
     let points: Vec<Option<Stored>> = sweep.points.iter().map(read).collect::<Result<_, _>>()?;
     let keys = keys(sweep);
-    let drawn = common(&points).into_iter();
+    let drawn = first_figures(&points).into_iter();
     let drawn = drawn.map(|(like, figure, _)| {
-        let gathered = gather(sweep, &points, &keys, like, figure);
+        let gathered = rows_at_all_points(sweep, &points, &keys, like, figure);
         (gathered, at_each(figure))
     });
     Ok(drawn.collect())
 }
 
-/// Tables and figures of the first finished point, with the names of their drawings.
-fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
+/// Returns tables and figures of the first finished point, with the names of their drawings.
+fn first_figures(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
     let tables = points
         .iter()
         .flatten()
@@ -186,13 +192,13 @@ fn common(points: &[Option<Stored>]) -> Vec<(&Table, &Figure, String)> {
         .collect()
 }
 
-/// Returns the first headline of a point.
-fn conclusion(stored: &Stored) -> Option<&VerdictText> {
+/// Returns the first headline verdict of a point.
+fn first_headline(stored: &Stored) -> Option<&VerdictText> {
     headlines(&stored.manifest.verdicts).first().copied()
 }
 
-/// Warnings about tables that differ from the manifests of their points.
-fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
+/// Builds warnings about tables whose files differ from the manifests of their points.
+fn changed_table_warnings(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     let both = sweep.points.iter().zip(points);
     let files = both.flat_map(|(point, stored)| {
         let files = stored.iter().flat_map(|stored| &stored.changed);
@@ -201,10 +207,10 @@ fn changed(sweep: &Sweep, points: &[Option<Stored>]) -> Vec<Markup> {
     files.collect()
 }
 
-/// Corrects the numbers of all points for multiple testing.
+/// Computes intervals of the compared numbers of all points, corrected for multiple testing.
 fn corrections(points: &[Option<Stored>]) -> Numbers {
     let number = |stored: &Option<Stored>| {
-        let first = conclusion(stored.as_ref()?)?;
+        let first = first_headline(stored.as_ref()?)?;
         let sound = first.kind != VerdictKind::Void;
         first.number.clone().filter(|_| sound)
     };
@@ -217,13 +223,14 @@ fn corrections(points: &[Option<Stored>]) -> Numbers {
         .collect()
 }
 
-/// Number of points of each verdict, by corrected intervals; void points are listed separately.
-fn tally(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
+/// Builds the count of points by verdict, from corrected intervals; void points are listed
+/// separately.
+fn verdict_counts(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     let mut kinds: Vec<(VerdictKind, usize)> = Vec::new();
     for (stored, number) in points.iter().zip(numbers) {
         let kind = match (stored, number) {
             (_, Some((_, corrected))) => corrected.kind,
-            (Some(stored), None) => match conclusion(stored) {
+            (Some(stored), None) => match first_headline(stored) {
                 Some(verdict) => verdict.kind,
                 None => continue,
             },
@@ -249,7 +256,7 @@ fn tally(points: &[Option<Stored>], numbers: &Numbers) -> Markup {
     }
 }
 
-/// Formats a number's interval, in per cent where it is relative.
+/// Formats the confidence interval of a compared number, in per cent if it is relative.
 fn interval(number: &ComparedNumber, ends: Option<[f64; 2]>) -> String {
     let (scale, unit) = if number.relative {
         (100.0, " %")
@@ -262,12 +269,12 @@ fn interval(number: &ComparedNumber, ends: Option<[f64; 2]>) -> String {
     })
 }
 
-/// Formats a key so that it may break after dots and underscores.
+/// Formats a dotted key with line break opportunities after dots and underscores.
 fn breakable(key: &str) -> Markup {
     html! { @for part in key.split_inclusive(['.', '_']) { (part) wbr; } }
 }
 
-/// List of the points with values, first verdicts and links.
+/// Builds the list of sweep points with swept values, first verdicts and links to reports.
 fn overview(
     sweep: &Sweep,
     points: &[Option<Stored>],
@@ -289,7 +296,7 @@ fn overview(
                 th.text scope="col" { "verdict of the point" }
             } }
             tbody { @for (((point, stored), judged), number) in sweep.points.iter().zip(points).zip(numbers).zip(1..) { tr {
-                td.text { @if stored.is_some() { a href=(link(&point.name)) title=(point.name) { (number) } } @else { (number) } }
+                td.text { @if stored.is_some() { a href=(report_link(&point.name)) title=(point.name) { (number) } } @else { (number) } }
                 @for key in keys { td { (words::setting(point.values.get(*key))) } }
                 @if some {
                     @match judged {
@@ -302,7 +309,7 @@ fn overview(
                     }
                 }
                 td.text.long {
-                    @match stored.as_ref().map(conclusion) {
+                    @match stored.as_ref().map(first_headline) {
                         Some(Some(verdict)) => { (page::kind(verdict.kind)) " " (verdict.sentence) }
                         Some(None) => "–",
                         None => { "not finished: no " code { (MANIFEST_FILE) } }
@@ -313,8 +320,8 @@ fn overview(
     }
 }
 
-/// Relative link to the report of a point, percent-encoded.
-fn link(name: &str) -> String {
+/// Returns the relative link to the report of a sweep point, percent-encoded.
+fn report_link(name: &str) -> String {
     let mut address = String::from("./");
     for byte in name.bytes() {
         if byte.is_ascii_alphanumeric() || b"-._~/".contains(&byte) {
@@ -327,8 +334,9 @@ fn link(name: &str) -> String {
     address + "/" + REPORT_FILE
 }
 
-/// Rows of a table at all points, only from the last panel of a figure.
-fn gather(
+/// Gathers the rows of one table at all points; of a figure with panels, only those of the last
+/// panel.
+fn rows_at_all_points(
     sweep: &Sweep,
     points: &[Option<Stored>],
     keys: &[&String],
@@ -384,7 +392,7 @@ fn gather(
     all
 }
 
-/// Copies a figure with one panel per point.
+/// Returns a copy of a figure with one panel per sweep point.
 fn at_each(figure: &Figure) -> Figure {
     let engines = || {
         figure
@@ -410,10 +418,11 @@ fn at_each(figure: &Figure) -> Figure {
     all
 }
 
-/// Draws the last value in time of each curve against the swept key with the most values.
+/// Describes a figure of the last value in time of each curve against the swept key with the most
+/// values, and its table.
 ///
 /// If two keys have several values, a map is drawn too.
-fn trend(
+fn trend_figure(
     all: &Table,
     keys: &[&String],
     figure: &Figure,
@@ -494,7 +503,7 @@ fn trend(
     Some((table, trend, map))
 }
 
-/// Draws a map over two swept keys; `None` unless they are numbers.
+/// Describes a map over two swept keys; `None` unless their values are numbers.
 fn map(all: &Table, figure: &Figure, curves: &[usize], keys: [&str; 2]) -> Option<Figure> {
     for key in keys {
         let column = all.find_column(key)?;

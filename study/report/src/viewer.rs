@@ -1,4 +1,4 @@
-//! Particles of frames and snapshots, packed for the player of the page.
+//! Particle player of report pages: frames and snapshots, quantised and compressed.
 //!
 //! Before compression a particle takes six bytes: sixteen bits for each coordinate, eight each for
 //! direction and speed. One more holds the radius if radii differ, and one the last collision if it
@@ -22,35 +22,35 @@ use stosszahl_results::{Manifest, engine_rank, engine_title, frames};
 use crate::ReportError;
 use crate::words::{number, spread};
 
-/// Script of the player.
+/// JavaScript of the particle player.
 pub(crate) const SCRIPT: &str = include_str!("viewer.js");
-/// Size limits before compression \[bytes\]: of the last frames of the engines, and of all other
-/// frames.
+/// Size limits of the frames before compression \[bytes\]: of the last frames of the engines, and
+/// of all other frames.
 const BUDGET: [usize; 2] = [2_100_000, 2_000_000];
-/// Largest number of frames on a page.
+/// Largest number of times with particle frames on a page; of more, an even selection is shown.
 const FRAMES: usize = 120;
 
-/// Data of the particle player.
+/// Data of the particle player, as embedded in a page.
 pub(crate) struct Player {
-    /// JSON for a script element; empty without frames.
+    /// JSON data for the script of the player; empty without frames.
     pub data: String,
-    /// Number of times that are shown.
+    /// Number of sample times whose frames are on the page.
     pub shown: usize,
-    /// Number of times for which there are frames.
+    /// Number of sample times for which there are frames.
     pub available: usize,
-    /// True if frames show a sample of the particles.
+    /// True if frames show a sample of the particles, not all.
     pub sampled: bool,
-    /// Names of files that are missing in the folder.
+    /// Names of frame and snapshot files that are missing in the folder.
     pub missing: Vec<String>,
 }
 
-/// Sequence of frames of one engine.
+/// Sequence of particle frames of one engine.
 struct Reel {
     engine: String,
     frames: Vec<ParticleFrame>,
 }
 
-/// Reads frames and snapshots of a folder and packs as many as fit.
+/// Reads the frames and snapshots of a results folder, and packs as many as fit into a page.
 pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, ReportError> {
     let (mut reels, missing) = reels(folder, manifest)?;
     let mut times: Vec<f64> = (reels.iter())
@@ -85,7 +85,7 @@ pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, Repor
     let data = json!({
         "engines": reels.iter().map(|reel| engine_title(&reel.engine)).collect::<Vec<_>>(),
         "times": times.iter().map(|time| format!("t = {}", number(*time, 4))).collect::<Vec<_>>(),
-        "frames": all, "fastest": FASTEST, "steps": STEPS, "obstacles": obstacles(manifest), "packed": packed.deflated(),
+        "frames": all, "fastest": FASTEST, "steps": STEPS, "obstacles": obstacles(manifest), "packed": packed.compressed_base64(),
     });
     Ok(Player {
         data: if times.is_empty() {
@@ -100,8 +100,8 @@ pub(crate) fn player(folder: &Path, manifest: &Manifest) -> Result<Player, Repor
     })
 }
 
-/// Reads the frames of all engines, in the order of engines; also returns the names of missing
-/// files.
+/// Reads the frames of all engines of a results folder, in the order of engines; also returns the
+/// names of missing files.
 fn reels(folder: &Path, manifest: &Manifest) -> Result<(Vec<Reel>, Vec<String>), ReportError> {
     let (mut reels, mut missing): (Vec<Reel>, Vec<String>) = (Vec::new(), Vec::new());
     for entry in &manifest.frames {
@@ -163,7 +163,7 @@ fn frame_of(particles: &StartFile, time: f64) -> ParticleFrame {
     ParticleFrame::new(time, [width, height], [x, y], &dots, usize::MAX)
 }
 
-/// Obstacles of the case as it was run: disks, polylines and polygons.
+/// Returns the obstacles of the case as it was run, as JSON: disks, polylines and polygons.
 pub(crate) fn obstacles(manifest: &Manifest) -> Vec<Value> {
     let listed = manifest.case.get("obstacle").and_then(Value::as_array);
     let shapes = listed.into_iter().flatten().map(|one| {
@@ -172,12 +172,13 @@ pub(crate) fn obstacles(manifest: &Manifest) -> Vec<Value> {
     shapes.collect()
 }
 
-/// Packed bytes of all frames, one after the other.
+/// Quantised particle data of all frames, one after the other, before compression.
 #[derive(Default)]
 struct Packed(Vec<u8>);
 
 impl Packed {
-    /// Packs the frames of an engine and describes each; times without a frame are null.
+    /// Packs the frames of one engine and returns a JSON description of each; times without a frame
+    /// are null.
     fn reel(&mut self, reel: &Reel, times: &[f64]) -> Vec<Value> {
         let mut before: Option<&ParticleFrame> = None;
         let mut described = Vec::new();
@@ -187,8 +188,8 @@ impl Packed {
                 continue;
             };
             let base = before.filter(|before| before.len() == frame.len());
-            self.places(&frame.x, base.map(|base| &base.x));
-            self.places(&frame.y, base.map(|base| &base.y));
+            self.pack_coordinates(&frame.x, base.map(|base| &base.x));
+            self.pack_coordinates(&frame.y, base.map(|base| &base.y));
             for plane in [&frame.direction, &frame.pace, &frame.size, &frame.met] {
                 self.0.extend_from_slice(plane);
             }
@@ -201,8 +202,8 @@ impl Packed {
         described
     }
 
-    /// Packs coordinates, or their changes, high bytes first.
-    fn places(&mut self, now: &[u8], before: Option<&Vec<u8>>) {
+    /// Packs the coordinates of a frame, or their changes from the frame before, high bytes first.
+    fn pack_coordinates(&mut self, now: &[u8], before: Option<&Vec<u8>>) {
         let word = |bytes: &[u8], i: usize| u16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]]);
         let changed: Vec<u16> = (0..now.len() / 2)
             .map(|i| word(now, i).wrapping_sub(before.map_or(0, |before| word(before, i))))
@@ -213,8 +214,8 @@ impl Packed {
             .extend(changed.iter().map(|word| word.to_le_bytes()[0]));
     }
 
-    /// Compressed bytes as Base64 text.
-    fn deflated(&self) -> String {
+    /// Compresses the packed bytes by `deflate` and returns them as Base64 text.
+    fn compressed_base64(&self) -> String {
         let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
         // Writing to memory cannot fail.
         let bytes = encoder.write_all(&self.0).and_then(|()| encoder.finish());

@@ -1,4 +1,4 @@
-//! Number formats for readers.
+//! Number formats of report pages: values, errors, powers of ten, settings.
 
 use serde_json::Value;
 use stosszahl_results::with_decimals;
@@ -27,7 +27,7 @@ pub fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// Removes trailing zeros of a fraction.
+/// Removes trailing zeros after a decimal point.
 fn without_zeros(text: &str) -> &str {
     if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.')
@@ -51,7 +51,7 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
     }
 }
 
-/// Formats ten to the power of a whole number.
+/// Formats ten to the power of a whole number, with superscripts.
 pub fn power(exponent: i32) -> String {
     let raised = exponent.to_string();
     let raised = raised.chars().map(|c| match c {
@@ -64,7 +64,7 @@ pub fn power(exponent: i32) -> String {
     "10".chars().chain(raised).collect()
 }
 
-/// Picks at most `most` items, evenly spread, including the first and the last.
+/// Picks at most `most` items of a list, evenly spread, including the first and the last.
 pub(crate) fn spread<T: Clone>(items: &[T], most: usize) -> Vec<T> {
     match (items.len(), most) {
         (_, 0) => Vec::new(),
@@ -76,7 +76,7 @@ pub(crate) fn spread<T: Clone>(items: &[T], most: usize) -> Vec<T> {
     }
 }
 
-/// Formats a value of a key of a sweep; a dash for none.
+/// Formats the value of a swept key; a dash if there is none.
 pub(crate) fn setting(value: Option<&Value>) -> String {
     match value {
         None => "–".to_owned(),

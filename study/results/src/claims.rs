@@ -36,23 +36,24 @@ pub const CLAIMS: &str = "claims";
 const WORKER: &str = "worker-";
 /// Suffix of the file list of a process.
 pub(crate) const LIST_ENDING: &str = ".files";
-/// Suffix of the mark of a finished task.
+/// Suffix of the file that marks a finished task.
 const DONE: &str = "done";
-/// Number of heartbeats within the time after which a process counts as lost.
+/// Number of heartbeats in the time after which a silent process counts as lost.
 const BEATS: u32 = 8;
 /// Longest time between two heartbeats.
 const LONGEST_BEAT: Duration = Duration::from_secs(5);
-/// Number of characters for the machine in the file of a process; the count of heartbeats follows.
+/// Number of characters for the machine's identity in the heartbeat file of a process; the count of
+/// heartbeats follows.
 const MACHINE_WIDTH: usize = 80;
 
 /// State of the process that holds a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Holder {
-    /// This process.
+    /// This process holds the claim.
     Own,
-    /// Another process with a recent heartbeat.
+    /// Another process holds the claim, and its heartbeat is recent.
     Alive,
-    /// A process that has ended, or without a heartbeat for too long.
+    /// The process that holds the claim has ended, or has had no heartbeat for too long.
     Lost,
 }
 
@@ -75,13 +76,13 @@ impl TaskClaim {
 /// deregisters it.
 #[derive(Debug)]
 pub struct FolderWorker {
-    /// Path of the folder of claims.
+    /// Path of the folder with the claims of all processes.
     folder: PathBuf,
     id: String,
     pulse: Arc<Pulse>,
     patience: Duration,
     machine: String,
-    /// Sender whose drop ends the heartbeat thread.
+    /// Channel sender; dropping it ends the heartbeat thread.
     end: Option<Sender<()>>,
     beats: Option<JoinHandle<()>>,
 }
@@ -94,8 +95,8 @@ struct Pulse {
 }
 
 impl Pulse {
-    /// Writes the heartbeat file; the file system's clock sets its modification time.
-    fn beat(&self) -> io::Result<()> {
+    /// Writes the heartbeat file, so that the file system's clock sets its modification time.
+    fn write_heartbeat(&self) -> io::Result<()> {
         let mut locked = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         let (file, count) = &mut *locked;
         *count += 1;
@@ -106,11 +107,11 @@ impl Pulse {
         Ok(())
     }
 
-    /// Current time by the clock of the file system, accurate to `within`.
+    /// Returns the current time by the clock of the file system, accurate to `within`.
     fn now(&self, within: Duration) -> io::Result<SystemTime> {
         let last = *self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.is_none_or(|last| last.elapsed() > within) {
-            self.beat()?;
+            self.write_heartbeat()?;
         }
         self.metadata()?.modified()
     }
@@ -125,19 +126,19 @@ fn claim_path(folder: &Path, task: &str, generation: u32) -> PathBuf {
     folder.join(format!("{task}.{generation}"))
 }
 
-/// Identity of a machine since its boot; `None` if the system does not provide it.
-fn machine() -> Option<String> {
+/// Returns the identity of this machine since its boot; `None` if the system does not provide one.
+fn machine_id() -> Option<String> {
     let boot = fs::read_to_string("/proc/sys/kernel/random/boot_id").ok()?;
     let boot = boot.trim();
     let known = !boot.is_empty() && boot.len() <= MACHINE_WIDTH;
     (known && boot.is_ascii()).then(|| boot.to_owned())
 }
 
-/// Creates a unique name for a process.
+/// Creates a name that no other process has, for its heartbeat file.
 pub(crate) fn unique_id() -> String {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let mut hash = blake3::Hasher::new();
-    hash.update(machine().unwrap_or_default().as_bytes());
+    hash.update(machine_id().unwrap_or_default().as_bytes());
     hash.update(&std::process::id().to_le_bytes());
     hash.update(&COUNT.fetch_add(1, Ordering::Relaxed).to_le_bytes());
     if let Ok(time) = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH) {
@@ -157,7 +158,8 @@ impl FolderWorker {
         Self::register_beating(results, patience, Some(period))
     }
 
-    /// Registers this process with this period of heartbeats; with `None`, a single one.
+    /// Registers this process with a given period of heartbeats; with `None`, it writes a single
+    /// one.
     fn register_beating(
         results: &Path,
         patience: Duration,
@@ -170,7 +172,7 @@ impl FolderWorker {
         };
         fs::create_dir_all(&folder).map_err(failed(&folder))?;
         let id = unique_id();
-        let machine = machine().unwrap_or_default();
+        let machine = machine_id().unwrap_or_default();
         // Hidden until it is locked, since an unlocked file counts as that of a dead process.
         let (hidden, path) = (
             folder.join(format!(".{id}")),
@@ -193,7 +195,7 @@ impl FolderWorker {
             file: Mutex::new((file, 0)),
             last: Mutex::new(None),
         });
-        pulse.beat().map_err(failed(&hidden))?;
+        pulse.write_heartbeat().map_err(failed(&hidden))?;
         fs::rename(&hidden, &path).map_err(failed(&path))?;
         let (end, ended) = channel::<()>();
         let beats = period.map(|period| {
@@ -201,7 +203,7 @@ impl FolderWorker {
             thread::spawn(move || {
                 while ended.recv_timeout(period) == Err(RecvTimeoutError::Timeout) {
                     // A full disk or an unavailable server; the next heartbeat may succeed.
-                    let _ = beating.beat();
+                    let _ = beating.write_heartbeat();
                 }
             })
         });
@@ -216,18 +218,18 @@ impl FolderWorker {
         })
     }
 
-    /// Name of the process, made of letters and digits.
+    /// Returns the unique name of this process, made of letters and digits.
     pub fn id(&self) -> &str {
         &self.id
     }
 
-    /// Path of the file list of this process.
+    /// Returns the path of the list of files that this process has written.
     pub(crate) fn list_path(&self) -> PathBuf {
         self.folder.join(format!("{}{LIST_ENDING}", self.id))
     }
 
-    /// State of the process that holds a claim; `None` if there is no such claim.
-    fn holder(&self, claim: &Path) -> io::Result<Option<Holder>> {
+    /// Returns the state of the process that holds a claim; `None` if there is no such claim.
+    fn claim_holder(&self, claim: &Path) -> io::Result<Option<Holder>> {
         let open = OpenOptions::new().read(true).write(true).open(claim);
         let mut file = match open {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -255,8 +257,8 @@ impl FolderWorker {
         }))
     }
 
-    /// Claims a task in the folder of claims, if it is free or its holder is lost; `None` if it is
-    /// held.
+    /// Claims a task for this process if it is free or its holder is lost; `None` if another
+    /// process holds it.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the file system cannot make links.
@@ -269,7 +271,10 @@ impl FolderWorker {
         let failed = |path: &Path, source| ResultsError::system(path, "written")(source);
         loop {
             let path = claim.path();
-            let Some(holder) = self.holder(&path).map_err(|error| failed(&path, error))? else {
+            let Some(holder) = self
+                .claim_holder(&path)
+                .map_err(|error| failed(&path, error))?
+            else {
                 break;
             };
             let next = claim_path(folder, task, claim.generation + 1);
@@ -299,7 +304,7 @@ impl FolderWorker {
         }
     }
 
-    /// Returns true if this process still holds the task and no other has taken it over.
+    /// Returns true if this process still holds the claimed task and no other has taken it over.
     pub fn holds(&self, claim: &TaskClaim) -> bool {
         let next = claim_path(&claim.folder, &claim.task, claim.generation + 1);
         let own = match (fs::metadata(claim.path()), self.pulse.metadata()) {
@@ -309,7 +314,7 @@ impl FolderWorker {
         own && !next.exists()
     }
 
-    /// Marks a task as finished. Its results must be written before.
+    /// Marks a claimed task as finished. Its results must be written before.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the mark cannot be made.
@@ -324,7 +329,7 @@ impl FolderWorker {
         }
     }
 
-    /// Returns true if another process is alive in the folder.
+    /// Returns true if another process is alive in the results folder.
     ///
     /// # Errors
     /// [`ResultsError::System`] if the folder of claims cannot be read.
@@ -335,7 +340,7 @@ impl FolderWorker {
                 continue;
             }
             let path = entry.path();
-            let holder = self.holder(&path);
+            let holder = self.claim_holder(&path);
             let holder = holder.map_err(ResultsError::system(&path, "read"))?;
             if holder == Some(Holder::Alive) {
                 return Ok(true);
@@ -364,14 +369,14 @@ impl Drop for FolderWorker {
     }
 }
 
-/// State of the tasks in a folder of claims, read once.
+/// Snapshot of a folder of claims: which tasks are claimed and which are finished.
 #[derive(Clone, Debug, Default)]
 pub struct TaskStates {
     names: std::collections::BTreeSet<String>,
 }
 
 impl TaskStates {
-    /// Reads the folder of claims.
+    /// Reads which tasks are claimed and finished in a folder of claims.
     pub fn read_claims(folder: &Path) -> Self {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
@@ -380,12 +385,12 @@ impl TaskStates {
         }
     }
 
-    /// Returns true if the task is finished.
+    /// Returns true if a task is marked as finished.
     pub fn is_done(&self, task: &str) -> bool {
         self.names.contains(&format!("{task}.{DONE}"))
     }
 
-    /// Returns true if some process has claimed the task.
+    /// Returns true if some process has claimed a task.
     pub fn is_claimed(&self, task: &str) -> bool {
         self.names.contains(&format!("{task}.0"))
     }
@@ -395,13 +400,14 @@ fn is_id(text: &str) -> bool {
     text.len() == 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit())
 }
 
-/// Returns true if a name in a folder of claims is the file of a process, which is hidden until it
-/// is locked.
+/// Returns true if the name of a file in a folder of claims is that of a heartbeat file. While it
+/// is not locked yet, the file has a hidden name.
 fn is_of_worker(name: &str) -> bool {
     name.starts_with(WORKER) || name.strip_prefix('.').is_some_and(is_id)
 }
 
-/// Returns true if a name in a folder of claims is a claim or the mark of a finished task.
+/// Returns true if the name of a file in a folder of claims is a claim, or the mark of a finished
+/// task.
 fn is_of_task(name: &str) -> bool {
     let Some((task, end)) = name.rsplit_once('.') else {
         return false;
@@ -420,11 +426,11 @@ pub(crate) fn remove_claims(folder: &Path, prefix: &str) {
 }
 
 impl FolderWorker {
-    /// Removes the files of lost processes.
+    /// Removes the heartbeat files of lost processes from the folder of claims.
     pub(crate) fn remove_lost(&self) {
         for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             if entry.file_name().to_str().is_some_and(is_of_worker)
-                && matches!(self.holder(&entry.path()), Ok(Some(Holder::Lost)))
+                && matches!(self.claim_holder(&entry.path()), Ok(Some(Holder::Lost)))
             {
                 let _ = fs::remove_file(entry.path());
             }
@@ -432,7 +438,7 @@ impl FolderWorker {
     }
 }
 
-/// File lists of processes in a folder of claims.
+/// Lists the paths of the file lists of all processes in the folder of claims.
 pub(crate) fn lists(results: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(results.join(CLAIMS)).into_iter().flatten();
     let is_list = |path: &PathBuf| {
@@ -443,8 +449,8 @@ pub(crate) fn lists(results: &Path) -> Vec<PathBuf> {
     paths.filter(is_list).collect()
 }
 
-/// Removes files of dead processes from a folder of claims. Call it while no other process works in
-/// the folder.
+/// Removes the heartbeat files of dead processes from a folder of claims. Call it while no other
+/// process works in the folder.
 pub(crate) fn remove_workers(results: &Path) {
     let folder = results.join(CLAIMS);
     for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
@@ -529,7 +535,7 @@ mod tests {
         assert!(!second.find_other().expect("read"));
         // The next heartbeat of the first process makes it alive again, but does not restore its
         // task.
-        first.pulse.beat().expect("a heartbeat");
+        first.pulse.write_heartbeat().expect("a heartbeat");
         assert!(second.find_other().expect("read") && !first.holds(&claim));
         assert_eq!(first.claim(&folder, "a").expect("links"), None);
     }

@@ -29,7 +29,8 @@ impl Serialize for TableCell {
 }
 
 impl TableCell {
-    /// Number in the cell; `None` for words, empty cells and numbers that are not finite.
+    /// Returns the number in the cell; `None` for words, empty cells and numbers that are not
+    /// finite.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number).filter(|number| number.is_finite()),
@@ -52,15 +53,15 @@ impl TableCell {
     }
 }
 
-/// Returns true if a spreadsheet would take words for a formula, at once or after removal of an
-/// apostrophe.
+/// Returns true if a spreadsheet would take text for a formula, as it is or after an apostrophe is
+/// removed.
 fn is_formula(text: &str) -> bool {
     let begin = text.trim_start_matches('\'');
     begin.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
 impl Table {
-    /// Name of the CSV file.
+    /// Returns the name of the table's CSV file.
     pub fn file(&self) -> String {
         format!("{}.csv", self.name)
     }
@@ -81,7 +82,7 @@ impl Table {
             let bytes = writer.into_inner();
             bytes.map_err(|error| error.into_error().into())
         };
-        write().map_err(|error| fault(Path::new(&self.file()), &error))
+        write().map_err(|error| csv_error(Path::new(&self.file()), &error))
     }
 
     /// Checks that every row has one cell for each column, and that columns with a unit hold no
@@ -122,8 +123,8 @@ impl Table {
         let mut reader = ReaderBuilder::new()
             .flexible(true)
             .from_path(path)
-            .map_err(|error| fault(path, &error))?;
-        let header = reader.headers().map_err(|error| fault(path, &error))?;
+            .map_err(|error| csv_error(path, &error))?;
+        let header = reader.headers().map_err(|error| csv_error(path, &error))?;
         let expected = self.columns.iter().map(|column| &*column.name);
         if header.iter().ne(expected.clone()) {
             return Err(ResultsError::Columns {
@@ -133,7 +134,7 @@ impl Table {
             });
         }
         let mut record = StringRecord::new();
-        while (reader.read_record(&mut record)).map_err(|error| fault(path, &error))? {
+        while (reader.read_record(&mut record)).map_err(|error| csv_error(path, &error))? {
             let line = record.position().map_or(0, csv::Position::line);
             if record.len() != self.columns.len() {
                 return Err(ResultsError::Length {
@@ -159,8 +160,8 @@ impl Table {
     }
 }
 
-/// Converts an error of the CSV reader to one of the table.
-fn fault(path: &Path, error: &csv::Error) -> ResultsError {
+/// Converts an error of the CSV parser to an error of results, with its position.
+fn csv_error(path: &Path, error: &csv::Error) -> ResultsError {
     let line = error.position().map_or(0, csv::Position::line);
     match error.kind() {
         csv::ErrorKind::Utf8 { .. } => ResultsError::Cell {

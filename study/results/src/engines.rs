@@ -1,6 +1,6 @@
-//! Names of the engines.
+//! Names and titles of the engines, and the order in which tables and legends have them.
 
-/// Engines by name, each with its title, in the order of tables and legends.
+/// Names of all engines with their titles, in the order of tables and legends.
 pub const ENGINES: [(&str, &str); 8] = [
     ("ed", "ED (exact)"),
     ("dsmc-boltzmann", "DSMC Boltzmann"),
@@ -12,17 +12,17 @@ pub const ENGINES: [(&str, &str); 8] = [
     ("dsmc-homogeneous", "DSMC without positions"),
 ];
 
-/// Title of an engine; an unknown name is its own title.
+/// Returns the title of an engine; an unknown name is its own title.
 pub fn engine_title(name: &str) -> &str {
     engine_rank(name).map_or(name, |rank| ENGINES[rank].1)
 }
 
-/// Position of an engine in [`ENGINES`].
+/// Returns the position of an engine in [`ENGINES`]; `None` for an unknown name.
 pub fn engine_rank(name: &str) -> Option<usize> {
     ENGINES.iter().position(|engine| engine.0 == name)
 }
 
-/// Title of a derived quantity; a quantity of one engine begins with the title of the engine.
+/// Returns the title of a derived quantity. That of one engine begins with the title of the engine.
 pub fn quantity_title(name: &str) -> String {
     let of_engine = |(engine, title): &(&str, &str)| {
         let rest = name.strip_prefix(&engine.replace('-', "_"))?;

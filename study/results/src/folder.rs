@@ -1,4 +1,4 @@
-//! Results folder: whether it may be written, which files belong to the program, and whether it is
+//! Results folder: locking, the list of files that belong to the program, and whether a run is
 //! finished.
 //!
 //! | file | content |
@@ -36,17 +36,18 @@ pub const CHECKPOINTS: &str = "checkpoints";
 /// Name of the folder of snapshots inside the results folder of a run.
 pub const SNAPSHOTS: &str = "snapshots";
 
-/// Time after which a process that shares a folder counts as lost to one that needs it exclusively.
+/// Time without heartbeat after which processes that share a folder count as lost to one that needs
+/// it exclusively.
 const PATIENCE: Duration = Duration::from_mins(1);
 
-/// Treatment of an existing results folder.
+/// Treatment of a results folder that exists when a run starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// Refusal of an existing folder.
+    /// Refuse to start if the results folder exists.
     Refuse,
-    /// Continuation of an existing run.
+    /// Resume the run in the existing results folder.
     Resume,
-    /// Replacement of an existing run.
+    /// Replace the run in the existing results folder.
     Replace,
 }
 
@@ -55,7 +56,7 @@ pub enum Existing {
 pub struct Folder {
     path: PathBuf,
     runs: Vec<RunId>,
-    /// Fingerprint of each run, with its name.
+    /// Fingerprint of each run that the folder is for, made from its inputs and its name.
     fingerprints: Vec<[u8; 32]>,
     list: Mutex<FileList>,
     warning: Option<String>,
@@ -110,8 +111,8 @@ fn json(path: &Path, content: &impl Serialize) -> Result<Vec<u8>, ResultsError> 
 }
 
 impl Folder {
-    /// Creates the results folder of some runs, or opens the one to continue, and locks it until
-    /// the value is dropped. `inputs` are files that must not be replaced.
+    /// Creates the results folder of some runs, or opens an existing one to resume, and locks it
+    /// until the value is dropped. `inputs` are files that must not be replaced.
     ///
     /// # Errors
     /// [`ResultsError`]; the folder is then unchanged, unless the system fails half-way.
@@ -122,11 +123,11 @@ impl Folder {
         runs: Vec<RunId>,
     ) -> Result<Self, ResultsError> {
         require_names(&runs)?;
-        admit(path, existing, inputs, &runs)?;
+        check_admission(path, existing, inputs, &runs)?;
         fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
         let (mut list, warning) = FileList::lock(path, false)?;
         // Another process may have changed it in between.
-        let known = admit(path, existing, inputs, &runs)?;
+        let known = check_admission(path, existing, inputs, &runs)?;
         if path.join(CLAIMS).exists() {
             require_unshared(path)?;
             list.take_over(&claims::lists(path))
@@ -145,8 +146,9 @@ impl Folder {
         Ok(Self::of(path, runs, list, warning, None))
     }
 
-    /// Creates the results folder of some runs, or joins the processes that work in it, until the
-    /// value is dropped. A process without a heartbeat for `patience` counts as lost.
+    /// Creates the results folder of some runs, or joins the processes that work in an existing
+    /// one, until the value is dropped. A process without a heartbeat for `patience` counts as
+    /// lost.
     ///
     /// # Errors
     /// [`ResultsError`], also if a process works there without sharing the folder.
@@ -159,7 +161,7 @@ impl Folder {
         require_names(&runs)?;
         let is_marked = || Ok::<bool, ResultsError>(RunMark::read_mark(path)?.is_some());
         if !is_marked()? {
-            admit(path, Existing::Refuse, inputs, &runs)?;
+            check_admission(path, Existing::Refuse, inputs, &runs)?;
             fs::create_dir_all(path).map_err(ResultsError::system(path, "made"))?;
         }
         let (mut list, warning) = FileList::lock(path, true)?;
@@ -168,7 +170,7 @@ impl Folder {
             // The first process creates the mark; all others find and compare it.
             write_new(&file, &json(&file, &RunMark::new(&runs))?)?;
         }
-        admit(path, Existing::Resume, inputs, &runs)?;
+        check_admission(path, Existing::Resume, inputs, &runs)?;
         let worker = FolderWorker::register(path, patience)?;
         list.note_in(&worker.list_path())
             .map_err(ResultsError::system(path, "written"))?;
@@ -192,7 +194,7 @@ impl Folder {
         }
     }
 
-    /// Checks that a folder belongs to these runs.
+    /// Checks that an existing results folder belongs to the given runs.
     ///
     /// # Errors
     /// [`ResultsError::Foreign`] names the differences; [`ResultsError::NothingToResume`] if there
@@ -208,12 +210,13 @@ impl Folder {
         }
     }
 
-    /// Registration of this process among all that share the folder; `None` if it works alone.
+    /// Returns the registration of this process among all that share the folder; `None` if it works
+    /// alone.
     pub fn worker(&self) -> Option<&FolderWorker> {
         self.worker.as_ref()
     }
 
-    /// Path of the folder of claims.
+    /// Returns the path of the folder with the claims of tasks.
     pub fn claims(&self) -> PathBuf {
         self.path.join(CLAIMS)
     }
@@ -235,17 +238,18 @@ impl Folder {
         Ok(())
     }
 
-    /// Path of the folder.
+    /// Returns the path of the results folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Warning about the folder for the user; `None` without one.
+    /// Returns the warning about the folder for the user, such as missing locks; `None` without
+    /// one.
     pub fn warning(&self) -> Option<&str> {
         self.warning.as_deref()
     }
 
-    /// Locations of the runs, in the order in which they were named.
+    /// Returns the locations of the runs in the folder, in the order in which the runs were given.
     pub fn places(&self) -> impl Iterator<Item = RunPlace<'_>> {
         let both = self.runs.iter().zip(&self.fingerprints);
         both.map(|(run, fingerprint)| RunPlace {
@@ -255,8 +259,8 @@ impl Folder {
         })
     }
 
-    /// Checks that the path still leads to the locked folder. Call it before anything is written or
-    /// removed by its path.
+    /// Checks that the path of the folder still leads to the locked folder. Call it before anything
+    /// is written or removed by its path.
     ///
     /// # Errors
     /// [`ResultsError::Moved`] if the folder or its file list was moved, removed or replaced.
@@ -273,7 +277,7 @@ impl Folder {
             })
     }
 
-    /// Claims a file and writes it atomically.
+    /// Registers a file of the run in the list of files and writes it atomically.
     ///
     /// # Errors
     /// As [`RunPlace::claim`].
@@ -281,7 +285,7 @@ impl Folder {
         write_file(&self.claim(name)?, bytes)
     }
 
-    /// Writes the index of a sweep.
+    /// Writes the index `sweep.json` of a sweep.
     ///
     /// # Errors
     /// [`ResultsError::System`] names the file.
@@ -292,8 +296,8 @@ impl Folder {
         write_file(&path, &json(&path, sweep)?)
     }
 
-    /// Registers a file of the run, so that `--force` removes it, creates its folder, and returns
-    /// its path.
+    /// Registers a file in the list of files, so that `--force` removes it, creates its folder, and
+    /// returns its path.
     ///
     /// # Errors
     /// As [`RunPlace::claim`].
@@ -314,7 +318,7 @@ impl Folder {
     }
 }
 
-/// Refuses point names that point outside the folder.
+/// Checks that the names of all points stay inside the results folder.
 fn require_names(runs: &[RunId]) -> Result<(), ResultsError> {
     let bad = |run: &&RunId| !run.name.is_empty() && !is_inside(&run.name);
     match runs.iter().find(bad) {
@@ -325,8 +329,7 @@ fn require_names(runs: &[RunId]) -> Result<(), ResultsError> {
     }
 }
 
-/// Refuses a folder in which another process still works, by the heartbeats of the processes that
-/// share it.
+/// Checks by heartbeats that no other process is working in the results folder.
 ///
 /// # Errors
 /// [`ResultsError::Locked`] if there is one; others if the file system fails.
@@ -362,8 +365,9 @@ fn write_new(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> {
     }
 }
 
-/// Checks whether a folder may be used; `true` if it has results of this program.
-fn admit(
+/// Checks whether a folder may become or stay the results folder of some runs; `true` if it has
+/// results of this program.
+fn check_admission(
     path: &Path,
     existing: Existing,
     inputs: &[&Path],
@@ -421,12 +425,12 @@ fn admit(
 }
 
 impl<'a> RunPlace<'a> {
-    /// Results folder of the run.
+    /// Returns the results folder that the run is in.
     pub fn folder(&self) -> &'a Folder {
         self.folder
     }
 
-    /// Path of the run's folder.
+    /// Returns the path of the folder of this run.
     pub fn path(&self) -> PathBuf {
         if self.run.name.is_empty() {
             return self.folder.path.clone();
@@ -434,17 +438,17 @@ impl<'a> RunPlace<'a> {
         self.folder.path.join(&self.run.name)
     }
 
-    /// Name of the point of a sweep that this run is; empty without a sweep.
+    /// Returns the name of the sweep point that this run is; empty without a sweep.
     pub fn name(&self) -> &str {
         &self.run.name
     }
 
-    /// Fingerprint of the run with the name of the point, for checkpoints.
+    /// Returns the fingerprint of the run, which includes the name of the point, for checkpoints.
     pub fn fingerprint(&self) -> &'a [u8; 32] {
         self.fingerprint
     }
 
-    /// Name of a task, unique among the tasks of all points: a prefix for this run, and `name`.
+    /// Returns the full name of a task of this run, unique among the tasks of all points.
     pub fn task(&self, name: &str) -> String {
         format!("{}-{name}", self.task_prefix())
     }
@@ -470,8 +474,9 @@ impl<'a> RunPlace<'a> {
         format!("{}/{name}", self.run.name)
     }
 
-    /// Registers a file of the run, so that `--force` removes it, creates its folder, and returns
-    /// its path. Names are relative, with `/` between folders. Call it before the file is written.
+    /// Registers a file of the run in the list of files, so that `--force` removes it, creates its
+    /// folder, and returns its path. Names are relative, with `/` between folders. Call it before
+    /// the file is written.
     ///
     /// # Errors
     /// [`ResultsError`] if the name points outside the folder, or the folder cannot be written.
@@ -479,7 +484,7 @@ impl<'a> RunPlace<'a> {
         self.folder.claim(&self.inside(name))
     }
 
-    /// Claims a file and writes it atomically.
+    /// Registers a file of the run in the list of files and writes it atomically.
     ///
     /// # Errors
     /// As [`Self::claim`].
@@ -502,8 +507,8 @@ impl<'a> RunPlace<'a> {
         Ok(ours && absent.is_empty() && changed.is_empty())
     }
 
-    /// Names of the files that do not exist. A checkpoint later than a lost snapshot must not be
-    /// used.
+    /// Returns the names of files that do not exist in the folder of the run. A checkpoint later
+    /// than a lost snapshot must not be used.
     pub fn missing<'n>(&self, names: impl IntoIterator<Item = &'n str>) -> Vec<String> {
         let path = self.path();
         let absent = names.into_iter().filter(|name| !path.join(name).exists());

@@ -1,4 +1,5 @@
-//! Frames: positions and velocities of particles at many times, packed for animation in a page.
+//! Particle frames: positions and velocities at many times, quantised for animation in a report
+//! page.
 //!
 //! Positions take sixteen bits along each axis, directions and speeds eight, and the last collision
 //! four and four. If there are too many particles, or simulators of unequal weight, a fair sample
@@ -19,59 +20,60 @@ use crate::regular;
 
 /// Name of the folder of frames inside the results folder of a run.
 pub const FRAMES: &str = "frames";
-/// Largest resolved speed, over the root mean square speed of all particles.
+/// Largest speed that a frame resolves, over the root mean square speed of all particles.
 pub const FASTEST: f64 = 4.0;
-/// Number of steps that resolve the energy of the last partner, and the last impact parameter; 0 is
-/// unknown.
+/// Number of steps that resolve the energy of the last collision partner, and the last impact
+/// parameter; 0 is unknown.
 pub const STEPS: u8 = 15;
-/// Largest resolved kinetic energy of a collision partner, over the mean of all particles.
+/// Largest kinetic energy of a collision partner that a frame resolves, over the mean of all
+/// particles.
 pub const HOTTEST: f64 = 4.0;
 
-/// Frame: particles of one engine at one time, in two dimensions.
+/// Particle frame: particles of one engine at one time, in two dimensions, quantised to bytes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ParticleFrame {
-    /// Time, in the unit of time of the case.
+    /// Time of the frame, in the unit of time of the case.
     pub time: f64,
-    /// Sides of the box \[length\].
+    /// Sides of the box of the gas \[length\].
     pub sides: [f64; 2],
-    /// Periodicity of the box, by axis.
+    /// True for each axis along which the box is periodic.
     pub periodic: [bool; 2],
-    /// Number of particles of the engine; simulators count with their weights.
+    /// Number of particles of the gas, before sampling; simulators count with their weights.
     pub particles: f64,
     /// Number of particles of the gas that each particle in the frame stands for.
     pub share: f64,
-    /// Root mean square speed of all particles \[length/time\].
+    /// Root mean square speed of all particles of the gas \[length/time\].
     pub speed: f64,
-    /// Largest radius of the particles \[length\].
+    /// Largest radius of the particles of the gas \[length\].
     pub radius: f64,
-    /// Abscissae in units of the side, two bytes each, the lower one first.
+    /// Abscissae of the particles in units of the side, two bytes each, the lower one first.
     #[serde(with = "serde_bytes")]
     pub x: Vec<u8>,
-    /// Ordinates in units of the side, two bytes each, the lower one first.
+    /// Ordinates of the particles in units of the side, two bytes each, the lower one first.
     #[serde(with = "serde_bytes")]
     pub y: Vec<u8>,
-    /// Directions of velocities: 256 for a turn, from the abscissa on.
+    /// Directions of the velocities: 256 for a full turn, 0 along the abscissa.
     #[serde(with = "serde_bytes")]
     pub direction: Vec<u8>,
-    /// Speeds: 255 for [`FASTEST`] times the root mean square.
+    /// Speeds of the particles: 255 for [`FASTEST`] times the root mean square.
     #[serde(with = "serde_bytes")]
     pub pace: Vec<u8>,
-    /// Radii: 255 for the largest; empty where all are equal.
+    /// Radii: 255 for the largest radius; empty if all are equal.
     #[serde(with = "serde_bytes")]
     pub size: Vec<u8>,
     /// Last collision of each particle, in [`STEPS`] steps: square root of the partner's energy in
     /// the upper four bits, impact parameter in the lower ones. 0 before the first collision; empty
-    /// where the engine does not distinguish particles.
+    /// if the engine does not distinguish particles.
     #[serde(with = "serde_bytes")]
     pub met: Vec<u8>,
 }
 
-/// Last collision of a particle.
+/// Last collision of a particle: energy of the partner, and impact parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LastCollision {
     /// Current kinetic energy of the collision partner, over the mean of all particles.
     pub partner: f64,
-    /// Impact parameter over the contact distance, from 0 to 1.
+    /// Impact parameter of the last collision over the contact distance, from 0 to 1.
     pub impact: f64,
 }
 
@@ -83,7 +85,7 @@ impl LastCollision {
     }
 }
 
-/// Particle as input of a frame.
+/// Particle from which a frame is made: position, velocity, radius, weight and last collision.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Dot {
     /// Position of the centre \[length\].
@@ -92,36 +94,36 @@ pub struct Dot {
     pub velocity: [f64; 2],
     /// Radius of the particle \[length\].
     pub radius: f64,
-    /// Number of particles that the particle stands for, such as the weight of a simulator.
+    /// Number of particles of the gas that this one stands for, such as the weight of a simulator.
     pub weight: f64,
     /// Last collision of the particle; `None` if unknown.
     pub met: Option<LastCollision>,
 }
 
-/// Pseudorandom hash of a number (the finaliser of `SplitMix64`).
+/// Computes a pseudorandom hash of a particle number (the finaliser of `SplitMix64`).
 #[inline]
-fn scatter(index: u64) -> u64 {
+fn hash_number(index: u64) -> u64 {
     let mut mixed = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     mixed ^ (mixed >> 31)
 }
 
-/// Totals over all particles that scale a frame.
+/// Totals over all particles of a gas that scale its frame, such as the mean squared speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crowd {
-    /// Number of particles: the sum of the weights.
+    /// Number of particles of the gas: the sum of the weights.
     pub particles: f64,
     /// Largest weight of a particle.
     pub heaviest: f64,
     /// Sum of the weights times the squared speeds \[length²/time²\].
     pub squares: f64,
-    /// Smallest and largest radius \[length\]; `None` without particles.
+    /// Smallest and largest radius of a particle \[length\]; `None` without particles.
     pub radii: Option<[f64; 2]>,
 }
 
 impl Crowd {
-    /// Adds a particle to the totals.
+    /// Adds a particle of a given weight to the totals.
     #[inline]
     pub fn add(&mut self, weight: f64, radius: f64, velocity: [f64; 2]) {
         self.particles += weight;
@@ -129,7 +131,7 @@ impl Crowd {
         self.widen(weight, radius);
     }
 
-    /// Widens the ranges by a particle, without changing the sums.
+    /// Widens the ranges of weight and radius to include a particle, without changing the sums.
     #[inline]
     pub fn widen(&mut self, weight: f64, radius: f64) {
         self.heaviest = self.heaviest.max(weight);
@@ -137,7 +139,7 @@ impl Crowd {
         self.radii = Some([low.min(radius), high.max(radius)]);
     }
 
-    /// Widens the ranges by the ranges of other totals, without changing the sums.
+    /// Widens the ranges of weight and radius to those of other totals, without changing the sums.
     pub fn widen_by(&mut self, other: &Self) {
         if let Some([low, high]) = other.radii {
             self.widen(other.heaviest, low);
@@ -145,18 +147,19 @@ impl Crowd {
         }
     }
 
-    /// Number of particles that each kept particle stands for, if about `most` are kept.
+    /// Returns the number of particles that each sampled particle stands for, if about `most` are
+    /// sampled.
     pub fn kept_share(&self, most: usize) -> f64 {
         let share = self.particles / most.max(1) as f64;
         share.max(self.heaviest).max(1.0)
     }
 }
 
-/// Returns true if a frame keeps a particle with this number and weight w: with the probability w /
-/// share.
+/// Returns true if a frame samples a particle with this number and weight w: with the probability w
+/// / share.
 #[inline]
 pub fn keeps(number: u64, weight: f64, share: f64) -> bool {
-    scatter(number) as f64 / 2_f64.powi(64) * share < weight
+    hash_number(number) as f64 / 2_f64.powi(64) * share < weight
 }
 
 impl ParticleFrame {
@@ -174,8 +177,8 @@ impl ParticleFrame {
         Self::of_particles(time, sides, periodic, &crowd, share, kept.collect())
     }
 
-    /// Creates a frame from `kept`: the sampled particles, each with its particle number, which
-    /// decides the order in the frame. Each stands for `share` particles of the gas `crowd`.
+    /// Creates a frame from `kept`: the sampled particles with their particle numbers, which decide
+    /// the order in the frame. Each stands for `share` particles of the gas `crowd`.
     #[inline]
     pub fn of_particles(
         time: f64,
@@ -195,7 +198,7 @@ impl ParticleFrame {
         let equal = smallest == radius;
         let told = kept.iter().any(|(_, dot)| dot.met.is_some());
         // Sorted by a second hash, so that the order is unrelated to weights.
-        kept.sort_by_cached_key(|(number, _)| scatter(scatter(*number)));
+        kept.sort_by_cached_key(|(number, _)| hash_number(hash_number(*number)));
         let mut frame = Self {
             time,
             sides,
@@ -229,7 +232,7 @@ impl ParticleFrame {
         frame
     }
 
-    /// Number of particles in the frame.
+    /// Returns the number of particles in the frame.
     pub fn len(&self) -> usize {
         self.direction.len()
     }
@@ -239,7 +242,7 @@ impl ParticleFrame {
         self.direction.is_empty()
     }
 
-    /// Returns a frame of the first `count` particles, which are a fair sample of this frame.
+    /// Returns a frame of the first `count` particles of this frame, which are a fair sample.
     #[must_use]
     pub fn first(&self, count: usize) -> Self {
         let count = count.min(self.len());
@@ -262,7 +265,7 @@ impl ParticleFrame {
     }
 }
 
-/// Serializes frames as the bytes of a file.
+/// Serializes particle frames as the bytes of a file.
 ///
 /// # Errors
 /// [`ResultsError::System`] if they cannot be encoded, which is an error of the program.
@@ -272,7 +275,7 @@ pub fn to_bytes(frames: &[ParticleFrame]) -> Result<Vec<u8>, ResultsError> {
     postcard::to_stdvec(frames).map_err(failed)
 }
 
-/// Reads a file of frames.
+/// Reads a file of particle frames.
 ///
 /// # Errors
 /// [`ResultsError`] if the file cannot be read, or is damaged.

@@ -1,4 +1,5 @@
-//! Identity of the runs of a folder: `run.json` and its fingerprints.
+//! Identity of the runs of a results folder, from fingerprints of their inputs: the file
+//! `run.json`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -11,41 +12,41 @@ use crate::error::ResultsError;
 use crate::manifest::RunFingerprints;
 use crate::regular;
 
-/// Name of the file that marks a results folder.
+/// Name of the file that marks a results folder and identifies its runs.
 pub(crate) const RUN_FILE: &str = "run.json";
 /// Version of the format of `run.json`.
 const RUN_FORMAT: u32 = 2;
-/// Largest number of differences that a message names.
+/// Largest number of differing keys that a message names.
 const NAMED: usize = 3;
 
-/// Identity of a run: its point, its case and its fingerprints.
+/// Identity of a run: its sweep point, its case and its fingerprints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunId {
-    /// Name of the point of a sweep and of its subfolder; empty without a sweep.
+    /// Name of the sweep point and of its subfolder; empty without a sweep.
     pub name: String,
     /// Hash of all inputs that determine the numbers: version, case, input files.
     pub numbers: [u8; 32],
-    /// Hash of the whole case without `ignored` keys.
+    /// Hash of the whole case without the keys that affect nothing in the folder.
     pub output: [u8; 32],
     pub(crate) case: Value,
 }
 
-/// Keys of a case that do not affect the numbers, dotted.
+/// Lists of case keys, dotted, that do not affect the numbers of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Keys<'a> {
-    /// Keys that affect nothing in the folder, such as `run.checkpoint_seconds`.
+    /// Keys that affect nothing in the results folder, such as `run.checkpoint_seconds`.
     pub ignored: &'a [&'a str],
     /// Keys that affect only how results are shown and judged, such as `title` and `verdict`.
     pub output: &'a [&'a str],
 }
 
-/// Contents of `run.json`.
+/// Contents of `run.json`: the runs that a results folder is for.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct RunMark {
     program: String,
     format: u32,
     version: String,
-    /// Runs by subfolder; without a sweep one run with an empty name.
+    /// Runs by the name of their subfolder; without a sweep one run with an empty name.
     pub(crate) runs: BTreeMap<String, MarkedRun>,
 }
 
@@ -56,8 +57,8 @@ pub(crate) struct MarkedRun {
 }
 
 impl RunId {
-    /// Identifies a run by its case, with all defaults and swept values filled in, and by the
-    /// contents, not the names, of its input files.
+    /// Computes the identity of a run from its case, with all defaults and swept values filled in,
+    /// and from the contents, not the names, of its input files.
     ///
     /// # Errors
     /// [`ResultsError`] if a file cannot be read.
@@ -92,7 +93,7 @@ impl RunId {
         })
     }
 
-    /// Fingerprint of the numbers and the name of the point, for checkpoints.
+    /// Returns the fingerprint of a run for checkpoints: of its numbers and the name of its point.
     pub fn identity(&self) -> [u8; 32] {
         let mut hash = blake3::Hasher::new();
         hash.update(&self.numbers).update(self.name.as_bytes());
@@ -108,7 +109,7 @@ impl RunId {
     }
 }
 
-/// Removes a key from nested tables.
+/// Removes a dotted key from nested tables of a case.
 fn remove_key(case: &mut Value, key: &str) {
     let (first, rest) = key
         .split_once('.')
@@ -140,8 +141,8 @@ impl RunMark {
         }
     }
 
-    /// Reads the mark of a folder; `None` without one of this program. One that is not JSON, or not
-    /// of the expected form, is damaged.
+    /// Reads the `run.json` of a folder; `None` if there is none of this program. Text that is not
+    /// JSON, or not of the expected form, is an error.
     pub(crate) fn read_mark(folder: &Path) -> Result<Option<Self>, ResultsError> {
         let damaged = || ResultsError::Damaged {
             path: folder.to_owned(),
@@ -166,7 +167,7 @@ impl RunMark {
             .map_err(|_| damaged())
     }
 
-    /// Differences from some runs that affect the numbers, in words; `None` if there are none.
+    /// Describes the differences to some runs that affect the numbers; `None` if there are none.
     pub(crate) fn differences(&self, runs: &[RunId]) -> Option<String> {
         let names = runs.iter().map(|run| &run.name);
         if !self
@@ -193,7 +194,7 @@ impl RunMark {
     }
 }
 
-/// Lists the first keys in which two cases differ, in words.
+/// Describes the first keys in which two cases differ.
 pub(crate) fn differences(there: &Value, here: &Value) -> String {
     fn flatten(value: &Value, key: &str, into: &mut BTreeMap<String, String>) {
         let inner = |name: &str| match key {

@@ -1,4 +1,5 @@
-//! List of the files that a run has written; it is also the lock of the folder.
+//! List of the files that a run has written, `run.files`; it is also the lock of the results
+//! folder.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -7,27 +8,27 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::error::ResultsError;
 
-/// Name of the file that lists the files of the runs, and is locked while a process writes into the
-/// folder.
+/// Name of the file that lists the files of the runs in a folder, and is locked while a process
+/// writes into it.
 pub(crate) const LIST_FILE: &str = "run.files";
 
-/// Largest number of times that the list is reopened, because another process removed it between
-/// opening and locking.
+/// Largest number of attempts to open and lock the list, as another process may remove it between
+/// the two.
 const MOST_TRIES: usize = 100;
 
-/// Open and locked list of files.
+/// List of the files of a results folder, open and locked.
 #[derive(Debug)]
 pub(crate) struct FileList {
     pub(crate) file: File,
     pub(crate) known: BTreeSet<String>,
-    /// List of this process alone, if other processes work in the folder too, since appending is
+    /// Separate list of this process, if other processes work in the folder too, as appending is
     /// not atomic on network file systems.
     own: Option<File>,
 }
 
 impl FileList {
-    /// Opens and locks the list of a folder, exclusively or `shared`. Returns a warning if locking
-    /// is not supported.
+    /// Opens and locks the list of files of a results folder, exclusively or `shared`. Returns a
+    /// warning if locking is not supported.
     pub(crate) fn lock(
         folder: &Path,
         shared: bool,
@@ -74,7 +75,7 @@ impl FileList {
         };
         let mut text = Vec::new();
         file.read_to_end(&mut text).map_err(failed)?;
-        let (known, whole) = names(&text);
+        let (known, whole) = parse_names(&text);
         if !shared {
             file.set_len(whole as u64).map_err(failed)?;
         }
@@ -82,22 +83,22 @@ impl FileList {
         Ok((Self { file, known, own }, warning))
     }
 
-    /// Registers names in a separate list of this process from now on.
+    /// Starts to register names in a separate list of this process.
     pub(crate) fn note_in(&mut self, path: &Path) -> std::io::Result<()> {
         self.own = Some(File::create_new(path)?);
         Ok(())
     }
 
-    /// Reads the names registered by other processes.
+    /// Reads the file names registered in the lists of other processes.
     pub(crate) fn read_others(&mut self, lists: &[PathBuf]) {
         for list in lists {
             // A list that is gone was merged into the common list.
             let text = fs::read(list).unwrap_or_else(|_| Vec::new());
-            self.known.extend(names(&text).0);
+            self.known.extend(parse_names(&text).0);
         }
     }
 
-    /// Merges the lists of processes into the common list, and removes them.
+    /// Merges the lists of processes into the common list of files, and removes them.
     pub(crate) fn take_over(&mut self, lists: &[PathBuf]) -> std::io::Result<()> {
         let gone_is_fine = |error: std::io::Error| match error.kind() {
             ErrorKind::NotFound => Ok(()),
@@ -106,7 +107,7 @@ impl FileList {
         let mut text = BTreeSet::new();
         for list in lists {
             match fs::read(list) {
-                Ok(bytes) => text.extend(names(&bytes).0),
+                Ok(bytes) => text.extend(parse_names(&bytes).0),
                 Err(error) => gone_is_fine(error)?,
             }
         }
@@ -119,8 +120,8 @@ impl FileList {
         removed.try_for_each(|one| one.or_else(gone_is_fine))
     }
 
-    /// Returns true if the list at this path is still the open one: neither the folder nor the list
-    /// was moved, removed or replaced. An inode is not reused while it is open.
+    /// Returns true if the list of files at this path is still the open one: neither folder nor
+    /// list was moved, removed or replaced. An inode is not reused while it is open.
     pub(crate) fn is_of(&self, folder: &Path) -> bool {
         match (self.file.metadata(), fs::metadata(folder.join(LIST_FILE))) {
             (Ok(open), Ok(there)) => is_same_file(&open, &there),
@@ -138,7 +139,7 @@ impl FileList {
         Ok(())
     }
 
-    /// Removes the listed files that `which` selects, and their folders if they are empty then.
+    /// Removes the listed files that `which` selects, and the folders that become empty.
     pub(crate) fn remove(
         &self,
         folder: &Path,
@@ -174,16 +175,16 @@ impl FileList {
 }
 
 impl Drop for FileList {
-    /// Releases the lock explicitly. Closing the file would leave it to a child process in the
-    /// making, which holds copies of all open files until it runs its program.
+    /// Releases the lock of the list explicitly. Closing the file would leave it to a child process
+    /// in the making, which holds copies of all open files until it runs its program.
     fn drop(&mut self) {
         let _ = self.file.unlock();
     }
 }
 
-/// Parses the text of a list: its names, and its length up to the last line end. A truncated name
-/// follows only if the process was killed before it wrote that file.
-fn names(text: &[u8]) -> (BTreeSet<String>, usize) {
+/// Parses the text of a list of files: its names, and its length up to the last line end. A
+/// truncated name follows only if the process was killed before it wrote that file.
+fn parse_names(text: &[u8]) -> (BTreeSet<String>, usize) {
     let last = text.iter().rposition(|&byte| byte == b'\n');
     let whole = last.map_or(0, |last| last + 1);
     let lines = String::from_utf8_lossy(&text[..whole]);
@@ -197,20 +198,19 @@ pub(crate) fn is_same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// Compares files on systems other than Unix, which prevent an open file from being moved or
-/// removed.
+/// Returns true on systems other than Unix, which prevent an open file from being moved or removed.
 #[cfg(not(unix))]
 pub(crate) fn is_same_file(_: &fs::Metadata, _: &fs::Metadata) -> bool {
     true
 }
 
-/// Name of the final file of a half-written one; `None` if it is not half-written.
+/// Returns the final name of a half-written file from its temporary name; `None` for other files.
 pub fn half_written(name: &str) -> Option<String> {
     let (target, random) = name.strip_prefix('.')?.rsplit_once('.')?;
     (random.len() == 6).then(|| target.to_owned())
 }
 
-/// Returns true if a name stays inside its folder and contains no control characters.
+/// Returns true if a file name stays inside its folder and contains no control characters.
 pub(crate) fn is_inside(name: &str) -> bool {
     let normal = |part: Component<'_>| matches!(part, Component::Normal(_));
     !name.is_empty() && !name.contains(char::is_control) && Path::new(name).components().all(normal)

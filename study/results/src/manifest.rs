@@ -16,34 +16,34 @@ use crate::regular;
 use crate::table::{Figure, Table, TableColumn};
 use crate::verdict::VerdictText;
 
-/// Version of the manifest and of the index that this program writes and reads.
+/// Version of the formats of manifest and sweep index that this program writes and reads.
 pub const FORMAT: u32 = 2;
 /// Name of the manifest inside a results folder.
 pub const MANIFEST_FILE: &str = "manifest.json";
-/// Name of the index inside a sweep folder.
+/// Name of the index file inside a sweep folder.
 pub const SWEEP_FILE: &str = "sweep.json";
-/// Name of the table of all points inside a sweep folder.
+/// Name of the summary table of all points inside a sweep folder.
 pub const SWEEP_TABLE: &str = "sweep.csv";
-/// Name of the page inside a results folder or a sweep folder.
+/// Name of the report page inside a results folder or a sweep folder.
 pub const REPORT_FILE: &str = "report.html";
 
-/// Contents of `manifest.json`.
+/// Contents of `manifest.json`: description of a run and of its files.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Version of the format, [`FORMAT`].
+    /// Version of the manifest format, [`FORMAT`].
     pub format: u32,
     /// Program that wrote the folder.
     pub program: Program,
     /// Fingerprints of the run; set when it is finished.
     pub fingerprint: RunFingerprints,
-    /// Title of the run, plain text.
+    /// Title of the run as plain text.
     pub title: String,
     /// Question that the run answers, and the location of the answer.
     #[serde(default)]
     pub question: RunQuestion,
-    /// The case file, verbatim.
+    /// Text of the case file, verbatim.
     pub case_text: String,
-    /// The case as it was run, with every default filled in.
+    /// Case as it was run, with every default filled in.
     pub case: serde_json::Value,
     /// Unit of all times of the case.
     pub time_unit: TimeUnitSize,
@@ -53,14 +53,14 @@ pub struct Manifest {
     pub machine: Machine,
     /// Seed of all random streams.
     pub seed: u64,
-    /// Number of replicas.
+    /// Number of replicas of the run.
     pub replicas: u64,
-    /// Duration of the whole run \[s\].
+    /// Wall time of the whole run \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub wall_seconds: f64,
-    /// Initial state of each replica.
+    /// Record of the initial state of each replica.
     pub start: Vec<StartRecord>,
-    /// Work of each engine.
+    /// Work of each engine, in computing time and counts.
     pub engines: Vec<EngineWork>,
     /// Verdicts, the most important first.
     pub verdicts: Vec<VerdictText>,
@@ -70,21 +70,21 @@ pub struct Manifest {
     pub warnings: Vec<String>,
     /// Snapshots of replica 0.
     pub snapshots: Vec<Snapshot>,
-    /// Frames of replica 0 for the player.
+    /// Files of particle frames of replica 0, for the particle player.
     #[serde(default)]
     pub frames: Vec<FramesEntry>,
-    /// Tables; set when the run is finished.
+    /// Descriptions of the tables; set when the run is finished.
     pub tables: Vec<TableEntry>,
 }
 
 /// Question of a run, and the number that answers it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunQuestion {
-    /// Question in words; empty if none is asked.
+    /// Question as text; empty if none is asked.
     pub text: String,
-    /// Table that has the answer; empty if nothing is compared.
+    /// Table that has the answer to the question; empty if nothing is compared.
     pub table: String,
-    /// Column of the answer in the table.
+    /// Column of the table that has the answer.
     pub column: String,
 }
 
@@ -103,90 +103,91 @@ pub struct Program {
 /// Fingerprints of a run, as hexadecimal BLAKE3 hashes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunFingerprints {
-    /// Hash of all inputs that determine the numbers: version, case, input files.
+    /// Hash of all inputs that determine the numbers: program version, case, input files.
     pub numbers: String,
-    /// Hash of everything that affects only how results are shown and judged.
+    /// Hash of all inputs that affect only how results are shown and judged.
     pub output: String,
 }
 
-/// Unit of all times of a case.
+/// Unit of all times of a case: its name and size.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeUnitSize {
-    /// Name of the unit, such as `Haff's cooling time`.
+    /// Name of the unit of time, such as `Haff's cooling time`.
     pub name: String,
-    /// Size of the unit, in the time unit of the case.
+    /// Size of the unit of time, in the time unit of the case's length, mass and energy.
     #[serde(deserialize_with = "null_is_nan")]
     pub size: f64,
 }
 
-/// Quantity derived from a case.
+/// Quantity derived from a case, such as the mean free path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Derived {
     /// Name of the quantity, in words.
     pub name: String,
-    /// Value of the quantity.
+    /// Value of the derived quantity.
     #[serde(deserialize_with = "null_is_nan")]
     pub value: f64,
     /// Unit of the value; `1` for pure numbers.
     pub unit: String,
 }
 
-/// Machine that a run was made on.
+/// Machine that a run was made on: cores, processor and system.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
-    /// Cores that the run could use.
+    /// Number of processor cores that the run could use.
     pub cores: u64,
-    /// Name of the processor.
+    /// Name of the machine's processor.
     pub processor: String,
-    /// Name of the operating system.
+    /// Name of the machine's operating system.
     pub system: String,
 }
 
-/// Initial state of a replica.
+/// Record of the initial state of a replica: placement, equilibration and its tests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StartRecord {
     /// Number of the replica, from zero.
     pub replica: u64,
-    /// Method of placement, in words.
+    /// Method by which particles were placed, in words.
     pub placement: String,
     /// Elastic collisions per particle before the start \[1\].
     #[serde(deserialize_with = "null_is_nan")]
     pub collisions_per_particle: f64,
-    /// True if the start passed the equilibrium tests; `None` where the case gives the start.
+    /// True if the initial state passed the equilibrium tests; `None` if the case gives the initial
+    /// state.
     pub equilibrated: Option<bool>,
-    /// Tests of the start.
+    /// Equilibrium tests of the initial state.
     pub tests: Vec<StartTest>,
 }
 
 /// One test of the initial state against equilibrium.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StartTest {
-    /// Name of the test.
+    /// Name of the equilibrium test.
     pub name: String,
-    /// Value of the statistic \[1\].
+    /// Value of the test statistic \[1\].
     #[serde(deserialize_with = "null_is_nan")]
     pub statistic: f64,
     /// Probability of so extreme a statistic in equilibrium \[1\].
     pub p_value: Option<f64>,
-    /// True if the test was passed; `None` where it only informs.
+    /// True if the initial state passed the test; `None` if the test is only informative.
     pub passed: Option<bool>,
-    /// Measured quantity, in words.
+    /// Result of the test as a sentence.
     pub detail: String,
 }
 
 /// Work of one engine, over all replicas.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EngineWork {
-    /// Name of the engine.
+    /// Name of the engine that did the work.
     pub engine: String,
     /// Computing time of the engine over all replicas \[s\].
     #[serde(deserialize_with = "null_is_nan")]
     pub seconds: f64,
-    /// Number of collisions.
+    /// Number of collisions over all replicas.
     pub collisions: u64,
-    /// Largest memory of one replica \[bytes\].
+    /// Largest memory of one replica of the engine \[bytes\].
     pub bytes: u64,
-    /// Counts of work by name, such as `predictions`.
+    /// Work counters by name, such as `predictions`.
     #[serde(deserialize_with = "finite_or_null")]
     pub work: BTreeMap<String, f64>,
 }
@@ -194,17 +195,17 @@ pub struct EngineWork {
 /// Snapshot file of one engine at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
-    /// Name of the engine.
+    /// Name of the engine of the snapshot.
     pub engine: String,
     /// Number of the replica, from 0.
     #[serde(default)]
     pub replica: u64,
-    /// Time, in the unit of time of the case.
+    /// Time of the snapshot, in the unit of time of the case.
     #[serde(deserialize_with = "null_is_nan")]
     pub time: f64,
-    /// Path of the file, relative to the results folder, with `/` between names.
+    /// Path of the snapshot file, relative to the results folder, with `/` between names.
     pub file: String,
-    /// BLAKE3 hash of the file, hexadecimal; set when the run is finished.
+    /// BLAKE3 hash of the snapshot file, hexadecimal; set when the run is finished.
     #[serde(default)]
     pub blake3: String,
 }
@@ -218,19 +219,19 @@ impl Snapshot {
     }
 }
 
-/// File of frames of one engine ([`crate::frames`]).
+/// File of particle frames of one engine ([`crate::frames`]).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FramesEntry {
-    /// Name of the engine.
+    /// Name of the engine of the frames.
     pub engine: String,
-    /// Path of the file, relative to the results folder, with `/` between names.
+    /// Path of the frames file, relative to the results folder, with `/` between names.
     pub file: String,
-    /// BLAKE3 hash of the file, hexadecimal.
+    /// BLAKE3 hash of the frames file, hexadecimal.
     pub blake3: String,
 }
 
 impl FramesEntry {
-    /// Describes a file that has the given bytes.
+    /// Creates the manifest entry of a frames file with the given bytes.
     pub fn new(engine: String, file: String, bytes: &[u8]) -> Self {
         Self {
             engine,
@@ -240,31 +241,31 @@ impl FramesEntry {
     }
 }
 
-/// Description of a table of the folder, without its rows.
+/// Description of a table of the results folder, without its rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TableEntry {
     /// Name of the table; its file is `NAME.csv`.
     pub name: String,
-    /// Content of the table, in one sentence.
+    /// Content of the table in one sentence.
     pub about: String,
-    /// Columns of the table.
+    /// Columns of the table: names, units, meanings and roles.
     pub columns: Vec<TableColumn>,
-    /// Figures of the table.
+    /// Figures that can be drawn from the table.
     pub figures: Vec<Figure>,
-    /// Number of rows.
+    /// Number of rows of the table.
     pub rows: u64,
     /// BLAKE3 hash of the table's file, hexadecimal.
     pub blake3: String,
 }
 
-/// Contents of `sweep.json`.
+/// Contents of `sweep.json`: title, case and points of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sweep {
-    /// Version of the format, [`FORMAT`].
+    /// Version of the index format, [`FORMAT`].
     pub format: u32,
-    /// Title of the sweep, plain text.
+    /// Title of the sweep as plain text.
     pub title: String,
-    /// The case file, verbatim.
+    /// Text of the case file, verbatim.
     pub case_text: String,
     /// Points of the sweep, in the order of the case file.
     pub points: Vec<SweepPoint>,
@@ -275,23 +276,23 @@ pub struct Sweep {
 pub struct SweepPoint {
     /// Name of the point, and of its folder inside the sweep folder.
     pub name: String,
-    /// Values of the swept keys.
+    /// Swept keys of the point with their values.
     pub values: BTreeMap<String, serde_json::Value>,
 }
 
-/// Finished run as stored in its folder, without the particles of its snapshots.
+/// Finished run as read from its folder, without the particles of its snapshots.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stored {
-    /// Manifest of the run.
+    /// Manifest of the finished run.
     pub manifest: Manifest,
-    /// Tables, in the order of the manifest.
+    /// Tables of the run, in the order of the manifest.
     pub tables: Vec<Table>,
-    /// Names of files whose content differs from what the run wrote.
+    /// Names of files whose content differs from what the run wrote, by their hashes.
     pub changed: Vec<String>,
 }
 
 impl TableEntry {
-    /// Describes a table whose file has the given bytes.
+    /// Creates the manifest entry of a table whose CSV file has the given bytes.
     pub(crate) fn new(table: &Table, bytes: &[u8]) -> Self {
         Self {
             name: table.name.to_string(),
@@ -303,12 +304,12 @@ impl TableEntry {
         }
     }
 
-    /// Name of the CSV file of the table.
+    /// Returns the name of the table's CSV file.
     pub fn file(&self) -> String {
         format!("{}.csv", self.name)
     }
 
-    /// Reads the table.
+    /// Reads the rows of the table from its CSV file.
     ///
     /// # Errors
     /// [`ResultsError`] if the file is absent or damaged, or its columns or number of rows differ.
@@ -337,7 +338,7 @@ impl TableEntry {
 }
 
 impl Manifest {
-    /// Reads the manifest of a folder; `None` where there is none.
+    /// Reads the manifest of a folder; `None` if there is none.
     ///
     /// # Errors
     /// [`ResultsError`] if the manifest cannot be read, or has another format.
@@ -345,7 +346,8 @@ impl Manifest {
         read_json(&folder.join(MANIFEST_FILE))
     }
 
-    /// Files of the finished run with their hashes: tables, snapshots and frames.
+    /// Returns the names of the files of the finished run with their hashes: tables, snapshots and
+    /// frames.
     pub fn files(&self) -> impl Iterator<Item = (String, &str)> {
         let tables = self
             .tables
@@ -356,7 +358,8 @@ impl Manifest {
         tables.chain(snapshots).chain(frames)
     }
 
-    /// Files that are absent, and files whose contents have changed.
+    /// Compares the files of the run with their hashes. Returns the names of those that are absent,
+    /// and of those whose contents have changed.
     ///
     /// # Errors
     /// [`ResultsError`] if an existing file cannot be read.
@@ -374,7 +377,7 @@ impl Manifest {
 }
 
 impl Sweep {
-    /// Reads the index of a sweep; `None` where there is none.
+    /// Reads the sweep index of a folder; `None` if there is none.
     ///
     /// # Errors
     /// [`ResultsError`] if the index cannot be read, or has another format.
@@ -384,7 +387,8 @@ impl Sweep {
 }
 
 impl Stored {
-    /// Reads the finished points of a sweep, or the one run, whose point has no name.
+    /// Reads all finished points of a sweep folder. For a single run, returns that run with a point
+    /// without a name.
     ///
     /// # Errors
     /// As [`Stored::read`].
@@ -402,7 +406,7 @@ impl Stored {
         Ok(finished)
     }
 
-    /// Reads a finished run; `None` where there is no manifest.
+    /// Reads a finished run from its folder; `None` if there is no manifest.
     ///
     /// # Errors
     /// [`ResultsError`] if the manifest or a table is damaged, a table is absent, or the run has
@@ -457,7 +461,7 @@ pub fn changed_files(folder: &Path) -> Result<Vec<PathBuf>, ResultsError> {
     Ok(all)
 }
 
-/// BLAKE3 hash of a file; `None` where there is none.
+/// Computes the BLAKE3 hash of a file; `None` if the file does not exist.
 pub(crate) fn hash_of(path: &Path) -> Result<Option<String>, ResultsError> {
     let read = || -> std::io::Result<String> {
         let mut hasher = blake3::Hasher::new();
@@ -470,7 +474,7 @@ pub(crate) fn hash_of(path: &Path) -> Result<Option<String>, ResultsError> {
     }
 }
 
-/// Reads a JSON file with a format number; `None` where there is no file.
+/// Reads a JSON file and checks its format number; `None` if the file does not exist.
 fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, ResultsError> {
     let bytes = match regular::read_bytes(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -503,14 +507,14 @@ fn parse<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, ResultsErr
     })
 }
 
-/// Reads a map of numbers in which `null` stands for NaN.
+/// Deserializes a map of numbers in which `null` stands for NaN.
 fn finite_or_null<'de, D: Deserializer<'de>>(source: D) -> Result<BTreeMap<String, f64>, D::Error> {
     let read = BTreeMap::<String, Option<f64>>::deserialize(source)?;
     let number = |(name, value): (String, Option<f64>)| (name, value.unwrap_or(f64::NAN));
     Ok(read.into_iter().map(number).collect())
 }
 
-/// Reads a number; `null` stands for NaN.
+/// Deserializes a number; `null` stands for NaN.
 fn null_is_nan<'de, D: Deserializer<'de>>(source: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(source)?.unwrap_or(f64::NAN))
 }

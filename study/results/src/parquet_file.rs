@@ -1,10 +1,10 @@
-//! Parquet files of tables, for pandas, polars, `DuckDB` and others: the numbers of the CSV file with
-//! their types.
+//! Parquet files of tables, for pandas, polars, `DuckDB` and others: the numbers of the CSV file
+//! with their types.
 //!
-//! A column of words is UTF-8, one of whole numbers `INT64`, any other `DOUBLE`; a cell that is empty
-//! in CSV is null. Key-value metadata are `about`, the meaning of the table, and `columns`, a list in
-//! JSON of the name, unit, meaning and role of each column. Pages are not compressed. The same table
-//! is the same bytes.
+//! A column of words is UTF-8, one of whole numbers `INT64`, any other `DOUBLE`; a cell that is
+//! empty in CSV is null. Key-value metadata are `about`, the meaning of the table, and `columns`, a
+//! list in JSON of the name, unit, meaning and role of each column. Pages are not compressed. The
+//! same table is the same bytes.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use parquet::schema::types::Type;
 use crate::error::ResultsError;
 use crate::table::{Table, TableCell};
 
-/// Type of a column.
+/// Data type of a Parquet column: text, whole numbers or floating-point numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ColumnContent {
     Words,
@@ -28,7 +28,7 @@ enum ColumnContent {
 }
 
 impl ColumnContent {
-    /// Returns the type of a column of a table.
+    /// Returns the Parquet data type of a column of a table.
     fn of(table: &Table, column: usize) -> Self {
         if table.columns[column].unit.is_empty() {
             return Self::Words;
@@ -63,12 +63,12 @@ impl ColumnContent {
 }
 
 impl Table {
-    /// Name of the Parquet file.
+    /// Returns the name of the table's Parquet file.
     pub fn parquet_file(&self) -> String {
         format!("{}.parquet", self.name)
     }
 
-    /// Formats the table as Parquet.
+    /// Formats the table as a Parquet file.
     ///
     /// # Errors
     /// As [`Table::to_csv`], and [`ResultsError::Parquet`].
@@ -139,7 +139,7 @@ impl Table {
     }
 }
 
-/// Splits cells into the values that are known, and the definition level of each cell: 0 for null.
+/// Splits cells into the known values, and the Parquet definition level of each cell: 0 for null.
 fn split<T>(cells: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
     let (mut values, mut known) = (Vec::new(), Vec::new());
     for cell in cells {

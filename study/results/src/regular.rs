@@ -1,11 +1,11 @@
-//! Regular files only: results are read and hashed several times, and a pipe would block, or a
-//! device never end.
+//! Reading of regular files only. Results are read and hashed several times; a pipe would block,
+//! and a device might never end.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// Opens a regular file.
+/// Opens a file for reading; an error unless it is a regular file.
 pub(crate) fn open(path: &Path) -> io::Result<File> {
     if fs::metadata(path)?.is_file() {
         File::open(path)

@@ -1,21 +1,21 @@
-//! Tables of results: described columns, rows, and figures.
+//! Tables of results: descriptions of columns and figures, and rows of cells.
 
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-/// Text known at compile time, or read back from a manifest.
+/// Text of a table description: known at compile time, or read back from a manifest.
 type Text = Cow<'static, str>;
 
 /// Name of the folder of drawings inside the results folder of a run.
 pub const FIGURES: &str = "figures";
 
-/// Table of a results folder.
+/// Table of a results folder: described columns, rows and figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// Name of the table, and of its file without the ending `.csv`.
     pub name: Text,
-    /// Content of the table, in one sentence.
+    /// Content of the table in one sentence.
     pub about: Text,
     /// Columns of the table.
     pub columns: Vec<TableColumn>,
@@ -34,36 +34,36 @@ pub struct TableColumn {
     pub unit: Text,
     /// Meaning of the column, in words.
     pub meaning: Text,
-    /// Role of the column, such as value or standard error.
+    /// Role of the column, such as key, value or standard error.
     pub role: Role,
 }
 
-/// Role of a column in relation to other columns.
+/// Role of a table column, such as key, value or error of the value before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// Key that identifies a row: an engine, a time, a species.
     Key,
-    /// Measured quantity.
+    /// Measured quantity (value).
     Value,
-    /// Standard error of the value in the column before.
+    /// Standard error of the value in the column before it.
     StandardError,
-    /// Theoretical value of the value column before.
+    /// Theoretical value of the value column before it.
     Theory,
-    /// Error of the theoretical value in the column before.
+    /// Error of the theoretical value in the column before it.
     TheoryError,
-    /// Count or remark.
+    /// Count or remark next to the measured quantities.
     Note,
 }
 
-/// Text, number or count in one column of a row; written to CSV.
+/// Cell of a table row: text, number, count, or empty.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TableCell {
-    /// Words of a text column.
+    /// Text of a text column.
     Text(String),
-    /// Number; a number that is not finite is written as an empty cell.
+    /// Floating-point number; a number that is not finite is written as an empty cell.
     Number(f64),
-    /// Whole number.
+    /// Whole number, such as a count.
     Count(u64),
     /// Empty cell: no value is known.
     Empty,
@@ -72,20 +72,20 @@ pub enum TableCell {
 /// Measured quantity with its error and its theory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TableEstimate {
-    /// Value found; `None` if it is unknown.
+    /// Measured value; `None` if it is unknown.
     pub value: Option<f64>,
-    /// Standard error of the value.
+    /// Standard error of the measured value; `None` if it is unknown.
     pub standard_error: Option<f64>,
-    /// Number of replicas behind the error; `None` if the error is known otherwise.
+    /// Number of replicas behind the standard error; `None` if the error is known otherwise.
     pub replicas: Option<usize>,
-    /// Value by theory; `None` if there is none.
+    /// Theoretical value; `None` if there is none.
     pub theory: Option<f64>,
-    /// Error of the theoretical value.
+    /// Error of the theoretical value; `None` if there is none.
     pub theory_error: Option<f64>,
 }
 
 impl TableEstimate {
-    /// Creates an estimate from a value and its standard error.
+    /// Creates an estimate without theory from a value and its standard error.
     pub fn with_error(value: f64, standard_error: Option<f64>) -> Self {
         Self {
             value: Some(value),
@@ -94,13 +94,14 @@ impl TableEstimate {
         }
     }
 
-    /// Sets the theoretical value.
+    /// Sets the theoretical value of the estimate.
     #[must_use]
     pub fn against(self, theory: Option<f64>) -> Self {
         Self { theory, ..self }
     }
 
-    /// Multiplies value, errors and theory by `unit`: the size of the present unit in the new one.
+    /// Converts the estimate to another unit: multiplies value, errors and theory by `unit`, the
+    /// size of the old unit in the new one.
     #[must_use]
     pub fn times(self, unit: f64) -> Self {
         let scaled = |value: Option<f64>| value.map(|value| value * unit);
@@ -114,22 +115,22 @@ impl TableEstimate {
     }
 }
 
-/// Figure that is drawn from the columns of a table.
+/// Description of a figure that is drawn from the columns of a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Title of the figure.
     pub title: Text,
     /// Caption: a sentence or two below the figure.
     pub caption: Text,
-    /// Column and scale of the horizontal axis.
+    /// Column and scale of the figure's horizontal axis.
     pub x: FigureAxis,
-    /// Column and scale of the vertical axis.
+    /// Column and scale of the figure's vertical axis.
     pub y: FigureAxis,
     /// Key columns that distinguish the curves, such as `engine`.
     pub curves: Vec<Text>,
-    /// Key columns with one panel per value, such as a time window.
+    /// Key columns for each value of which there is one panel, such as a time window.
     pub panels: Vec<Text>,
-    /// Style of the points.
+    /// Style in which data points are drawn.
     pub mark: PointMark,
     /// Reference lines, such as a law or the value under molecular chaos.
     pub lines: Vec<ReferenceLine>,
@@ -141,21 +142,21 @@ pub struct Figure {
 /// Column along the horizontal or vertical axis of a figure, with label and scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FigureAxis {
-    /// Name of the column.
+    /// Name of the column along the axis.
     pub column: Text,
-    /// Label with symbol and unit.
+    /// Label of the axis, with symbol and unit.
     pub label: Text,
-    /// Scale: linear or logarithmic.
+    /// Scale of the axis: linear or logarithmic.
     pub scale: AxisScale,
 }
 
-/// Linear or logarithmic spacing of the values of a figure.
+/// Scale of an axis or of colours: linear or logarithmic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AxisScale {
-    /// Equal steps of the value.
+    /// Linear scale: equal steps of the value.
     Linear,
-    /// Equal factors of the value.
+    /// Logarithmic scale: equal factors of the value.
     Logarithmic,
 }
 
@@ -165,20 +166,20 @@ pub enum AxisScale {
 pub enum PointMark {
     /// Points with error bars, joined by a line; theory is a dashed line.
     Line,
-    /// Points with error bars.
+    /// Points with error bars, not joined.
     Points,
     /// Bars of a histogram, from the column of the x axis to the next column.
     Bars,
-    /// A map: x and y are positions, colours are [`Figure::colour`].
+    /// Map over the plane: x and y are positions, colours are [`Figure::colour`].
     Map,
 }
 
-/// Horizontal reference line.
+/// Horizontal reference line of a figure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceLine {
-    /// Label of the line.
+    /// Label of the reference line.
     pub label: Text,
-    /// Ordinate of the line.
+    /// Ordinate of the reference line.
     pub y: f64,
 }
 
@@ -194,25 +195,25 @@ impl Table {
         }
     }
 
-    /// Adds a key column.
+    /// Adds a key column to the table, such as an engine or a time.
     #[must_use]
     pub fn key(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         self.column(name.into(), unit, meaning, Role::Key)
     }
 
-    /// Adds a count or a remark.
+    /// Adds a column of counts or remarks to the table.
     #[must_use]
     pub fn note(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         self.column(name.into(), unit, meaning, Role::Note)
     }
 
-    /// Adds a quantity without error and theory.
+    /// Adds a value column to the table, without error and theory.
     #[must_use]
     pub fn value(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         self.column(name.into(), unit, meaning, Role::Value)
     }
 
-    /// Adds a quantity and its standard error, `NAME` and `NAME_se`.
+    /// Adds a value column and the column of its standard error to the table, `NAME` and `NAME_se`.
     #[must_use]
     pub fn estimate(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         let about = "Standard error over replicas";
@@ -224,7 +225,7 @@ impl Table {
         )
     }
 
-    /// Adds a quantity, its standard error and its theory `NAME_theory`.
+    /// Adds columns to the table: a value, its standard error and its theory `NAME_theory`.
     #[must_use]
     pub fn with_theory(
         self,
@@ -241,8 +242,8 @@ impl Table {
         )
     }
 
-    /// Adds a quantity, its standard error, its theory, and the error of the theory
-    /// `NAME_theory_error`.
+    /// Adds columns to the table: a value, its standard error, its theory, and the error of the
+    /// theory `NAME_theory_error`.
     #[must_use]
     pub fn with_theory_error(
         self,
@@ -256,7 +257,7 @@ impl Table {
             .column(column, unit, about, Role::TheoryError)
     }
 
-    /// Adds the theory of the quantity before it, under this name.
+    /// Adds a column to the table with the theory of the value column before it.
     #[must_use]
     pub fn theory(self, name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
         self.column(name.into(), unit, meaning, Role::Theory)
@@ -272,14 +273,15 @@ impl Table {
         self
     }
 
-    /// Adds a figure.
+    /// Adds the description of a figure to the table.
     #[must_use]
     pub fn figure(mut self, figure: Figure) -> Self {
         self.figures.push(figure);
         self
     }
 
-    /// Adds a row of cells in the order of the columns; an estimate fills all of its columns.
+    /// Adds a row to the table: one cell for each column, in order; an estimate fills all of its
+    /// columns.
     pub fn add(&mut self, cells: impl CellValues) {
         self.rows.push(Vec::with_capacity(self.columns.len()));
         cells.fill_cells(self);
@@ -291,8 +293,8 @@ impl Table {
         }
     }
 
-    /// Names of the drawings inside a results folder: `figures/NAME.svg`, `figures/NAME-2.svg` and
-    /// so on.
+    /// Returns the names of the drawings of the table's figures inside a results folder:
+    /// `figures/NAME.svg`, `figures/NAME-2.svg` and so on.
     pub fn drawings(&self) -> Vec<String> {
         let number = |figure: usize| match figure {
             1 => String::new(),
@@ -303,15 +305,15 @@ impl Table {
             .collect()
     }
 
-    /// Position of the column with this name; `None` without one.
+    /// Returns the position of the column with a given name; `None` if there is none.
     pub fn find_column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)
     }
 }
 
-/// Values that fill cells of the last row of a table.
+/// Values that can fill cells of the last row of a table, such as numbers, text and estimates.
 pub trait CellValues {
-    /// Fills the cells, in the order of the columns.
+    /// Fills the next cells of the last row of a table, in the order of the columns.
     fn fill_cells(self, table: &mut Table);
 }
 
@@ -413,8 +415,8 @@ cells_of_tuples!(A B C D E F);
 cells_of_tuples!(A B C D E F G);
 cells_of_tuples!(A B C D E F G H);
 
-/// Creates a table without rows from a list of columns: the [`Table`] method that adds it, name,
-/// unit, and meaning.
+/// Creates a table without rows. Each column is given by the [`Table`] method that adds it, its
+/// name, unit, and meaning.
 #[macro_export]
 macro_rules! table {
     ($name:expr, $about:expr; $($role:ident $column:expr, $unit:expr, $meaning:expr;)*) => {
@@ -423,7 +425,7 @@ macro_rules! table {
 }
 
 impl Figure {
-    /// Creates a figure of curves against a column, one for each engine.
+    /// Creates a figure of curves, one for each engine, from the columns of its axes.
     pub fn curves(title: &'static str, x: FigureAxis, y: FigureAxis) -> Self {
         Self {
             title: title.into(),
@@ -438,34 +440,34 @@ impl Figure {
         }
     }
 
-    /// Sets the key columns that distinguish curves.
+    /// Sets the key columns that distinguish the curves of the figure.
     #[must_use]
     pub fn by(self, columns: &[&'static str]) -> Self {
         let curves = columns.iter().map(|&name| name.into()).collect();
         Self { curves, ..self }
     }
 
-    /// Sets the key columns with one panel per value.
+    /// Sets the key columns for each value of which the figure has one panel.
     #[must_use]
     pub fn panels(self, columns: &[&'static str]) -> Self {
         let panels = columns.iter().map(|&name| name.into()).collect();
         Self { panels, ..self }
     }
 
-    /// Sets the caption, a sentence or two.
+    /// Sets the caption of the figure, a sentence or two.
     #[must_use]
     pub fn caption(self, caption: &'static str) -> Self {
         let caption = caption.into();
         Self { caption, ..self }
     }
 
-    /// Sets the style of the points.
+    /// Sets the style in which the figure draws data points.
     #[must_use]
     pub fn mark(self, mark: PointMark) -> Self {
         Self { mark, ..self }
     }
 
-    /// Adds a horizontal reference line.
+    /// Adds a horizontal reference line to the figure.
     #[must_use]
     pub fn line(mut self, label: &'static str, y: f64) -> Self {
         let label = label.into();
@@ -475,7 +477,7 @@ impl Figure {
 }
 
 impl FigureAxis {
-    /// Creates a linear axis.
+    /// Creates a linear axis for a column, with a label.
     pub fn linear(column: &'static str, label: &'static str) -> Self {
         Self {
             column: column.into(),
@@ -484,7 +486,7 @@ impl FigureAxis {
         }
     }
 
-    /// Creates a logarithmic axis.
+    /// Creates a logarithmic axis for a column, with a label.
     pub fn logarithmic(column: &'static str, label: &'static str) -> Self {
         Self {
             scale: AxisScale::Logarithmic,

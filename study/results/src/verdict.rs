@@ -1,31 +1,32 @@
-//! Verdicts: conclusions of a run in one vocabulary.
+//! Verdicts of a run: conclusions as text, with their kind and the compared number.
 
 use serde::{Deserialize, Serialize};
 
-/// Verdict: a conclusion in words.
+/// Verdict of a run: a conclusion in words, with its kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VerdictText {
-    /// Topic of the conclusion.
+    /// Topic of the verdict, such as a measure or an engine.
     pub topic: String,
     /// Conclusion in one short sentence that names its margin.
     pub sentence: String,
-    /// Kind of the conclusion.
+    /// Kind of the conclusion, such as agreement or difference.
     pub kind: VerdictKind,
     /// Compared number, chosen before the run; `None` if nothing is compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub number: Option<ComparedNumber>,
 }
 
-/// Difference behind a verdict, at a time or in a window chosen before the run: the last one.
+/// Compared number behind a verdict: a difference with its error and its margin, at a time or in a
+/// window chosen before the run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparedNumber {
-    /// Quantity in words, such as "energy".
+    /// Name of the compared quantity in words, such as "energy".
     pub quantity: String,
     /// Time or window of the difference in words, such as "at t = 20".
     pub place: String,
     /// True if the difference is relative to the quantity.
     pub relative: bool,
-    /// Difference found, in the units of the quantity, or relative to it.
+    /// Measured difference, in the units of the quantity, or relative to it.
     pub difference: f64,
     /// Standard error of the difference, over replicas or blocks of time.
     pub standard_error: Option<f64>,
@@ -33,7 +34,7 @@ pub struct ComparedNumber {
     pub degrees_of_freedom: Option<u64>,
     /// Largest difference that counts as agreement, in the unit of the difference.
     pub margin: f64,
-    /// Difference beyond which the whole interval must lie to count as a difference.
+    /// Threshold beyond which the whole confidence interval must lie to count as a difference.
     pub differ_beyond: f64,
     /// Probability that the interval of the verdict misses the true difference.
     pub level: f64,
@@ -43,17 +44,21 @@ pub struct ComparedNumber {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum VerdictKind {
-    /// The whole interval of the difference lies inside the margin that the sentence names.
+    /// Agreement: the whole interval of the difference lies inside the margin that the sentence
+    /// names.
     Agree,
-    /// The whole interval lies on one side of zero, or beyond the margin if that is requested.
+    /// Difference: the whole interval lies on one side of zero, or beyond the margin if that is
+    /// requested.
     Differ,
-    /// The interval allows agreement and difference; the sentence says which bound holds.
+    /// Neither agreement nor difference: the interval allows both; the sentence says which bound
+    /// holds.
     Undecided,
-    /// The result must be read with care.
+    /// Warning: the result must be interpreted with care.
     Warning,
-    /// Informative number without a comparison.
+    /// Note: an informative number without a comparison.
     Note,
-    /// The compared number is known not to represent its quantity; the sentence says why.
+    /// Void comparison: the compared number is known not to represent its quantity; the sentence
+    /// says why.
     Void,
 }
 
@@ -74,7 +79,7 @@ pub fn headlines(verdicts: &[VerdictText]) -> Vec<&VerdictText> {
 }
 
 impl VerdictKind {
-    /// Name of the kind in tables and reports.
+    /// Returns the name of the verdict kind in tables and reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Agree => "agree",

@@ -1,4 +1,4 @@
-//! Formats of numbers.
+//! Formatting of numbers with their errors in tables and verdicts.
 
 /// Removes the sign of a number rounded to zero: "-0.000" becomes "0.000".
 pub fn unsigned_zero(text: String) -> String {
@@ -8,7 +8,7 @@ pub fn unsigned_zero(text: String) -> String {
     }
 }
 
-/// Formats a value and its error with this number of decimals.
+/// Formats a value and its error with the given number of decimals.
 pub fn with_decimals(value: f64, error: f64, decimals: usize) -> String {
     let value = unsigned_zero(format!("{value:.decimals$}"));
     format!("{value} ± {error:.decimals$}")

@@ -1,4 +1,5 @@
-//! Summary of a case before it is run: derived quantities, power, cost, choices and warnings.
+//! Planning of a case before it is run: derived quantities, statistical power, cost, choices and
+//! warnings.
 
 use std::sync::OnceLock;
 
@@ -18,14 +19,15 @@ use crate::plan::{
 use crate::question;
 use crate::words::short;
 
-/// Number of candidate pairs per collision from which a scheme is called slow.
+/// Number of candidate pairs per collision from which a Monte Carlo scheme is called slow in a
+/// warning.
 const MANY_TRIALS: f64 = 50.0;
 
-/// Memory of one scheduled time in the run of an engine \[bytes\].
+/// Memory of one scheduled event in the run of an engine \[bytes\].
 const DUE: f64 = 96.0;
-/// Memory of one sample time of a measure while the schedule is made \[bytes\].
+/// Memory of one sample time of a measure while the schedule is built \[bytes\].
 const LOOK: f64 = 32.0;
-/// Number of sample times below which a measure's tables count as small.
+/// Number of sample times below which the tables of a measure are not counted as memory.
 const FEW_LOOKS: usize = 1000;
 /// Memory of a table row in addition to its cells \[bytes\].
 const ROW: f64 = 64.0;
@@ -33,42 +35,43 @@ const ROW: f64 = 64.0;
 /// 3.0 to 3.7 were measured.
 const REPORTED: f64 = 3.4;
 
-/// Point of a case with its plan and its measures.
+/// Sweep point of a case with its resolved plan and its measures.
 pub struct Planned<'a> {
-    /// Point of the case.
+    /// Sweep point of the case.
     pub point: &'a CasePoint,
-    /// Plan of the point.
+    /// Resolved plan of the point.
     pub plan: CasePlan,
-    /// Measures of the point, in the order of tables.
+    /// Measures of the point, in the order of their tables.
     pub measures: Vec<&'static dyn Measure>,
 }
 
 /// Summary of a planned point of a case, as the command `check` prints it.
 #[derive(Clone, Debug)]
 pub struct CaseOutline {
-    /// Title of the case.
+    /// Title of the planned case.
     pub title: String,
-    /// Name of the point of a sweep; empty without one.
+    /// Name of the sweep point; empty without a sweep.
     pub point: String,
-    /// Quantities that follow from the case, in its units.
+    /// Quantities derived from the case, in its units.
     pub derived: Vec<DerivedQuantity>,
-    /// Measure whose verdict is the headline, and the engine of the question if the case names one.
+    /// Measure whose verdict is the headline, with the engine of the question if the case names
+    /// one.
     pub leading: String,
-    /// Names of the engines of the case.
+    /// Names of the engines that the case runs.
     pub engines: Vec<&'static str>,
-    /// Names of the measures.
+    /// Names of the measures of the case.
     pub measures: Vec<&'static str>,
-    /// Number of replicas.
+    /// Number of replicas of each point.
     pub replicas: u64,
-    /// Statistical power of the verdicts, as far as the spread of replicas is known, in words.
+    /// Statistical power of the verdicts in words, as far as the spread of replicas is known.
     pub power: Vec<String>,
-    /// Estimated memory and time.
+    /// Estimated memory and computing time of the point.
     pub cost: Cost,
-    /// Choices that the program made, with the reasons.
+    /// Choices that the program made for the case, with the reasons.
     pub choices: Vec<String>,
-    /// Warnings about the case, in words.
+    /// Warnings about the case, as sentences.
     pub warnings: Vec<String>,
-    /// Work that is missing in a nominal time estimate, in words.
+    /// Work that a time estimate without measurement leaves out, in words.
     pub unknown: Vec<String>,
 }
 
@@ -80,7 +83,7 @@ pub fn format() -> Format {
 }
 
 impl<'a> Planned<'a> {
-    /// Plans a point of a case.
+    /// Plans one sweep point of a case: resolves its settings and chooses its measures.
     ///
     /// # Errors
     /// [`CaseError`] shows where the offending key is written.
@@ -88,8 +91,8 @@ impl<'a> Planned<'a> {
         Self::plan_point(file, point, &point.case, available_memory())
     }
 
-    /// Plans a point with a case in which open choices have been made. `free`: free memory
-    /// \[bytes\], see [`CasePlan::derive_within`].
+    /// Plans one sweep point with a case in which the program has made its choices. `free` is the
+    /// available memory \[bytes\], see [`CasePlan::derive_within`].
     ///
     /// # Errors
     /// As [`Planned::new`].
@@ -100,11 +103,11 @@ impl<'a> Planned<'a> {
         free: Option<f64>,
     ) -> Result<Self, CaseError> {
         let folder = file.path.parent().unwrap_or(std::path::Path::new(""));
-        let plan =
-            CasePlan::derive_within(case, folder, free).map_err(|error| refused(point, &error))?;
-        check_accuracy(&plan).map_err(|error| refused(point, &error))?;
-        engines::check_start(&plan).map_err(|error| refused(point, &error))?;
-        let measures = chosen(&plan).map_err(|error| refused(point, &error))?;
+        let plan = CasePlan::derive_within(case, folder, free)
+            .map_err(|error| case_error(point, &error))?;
+        check_accuracy(&plan).map_err(|error| case_error(point, &error))?;
+        engines::check_start(&plan).map_err(|error| case_error(point, &error))?;
+        let measures = chosen(&plan).map_err(|error| case_error(point, &error))?;
         let planned = Self {
             point,
             plan,
@@ -112,11 +115,11 @@ impl<'a> Planned<'a> {
         };
         let tables = |leading: usize| planned.tables_of(leading);
         question::check_question(&planned.plan, &planned.measures, tables)
-            .map_err(|error| refused(point, &error))?;
+            .map_err(|error| case_error(point, &error))?;
         Ok(planned)
     }
 
-    /// Tables of the measure at this position.
+    /// Returns the empty tables of the measure with this index.
     fn tables_of(&self, place: usize) -> Vec<Table> {
         let name = self.measures.get(place).map(|measure| measure.name());
         let own = self.tables_of_measures().into_iter();
@@ -125,7 +128,7 @@ impl<'a> Planned<'a> {
             .collect()
     }
 
-    /// Tables that a run will have, without rows. Theory is not solved for them.
+    /// Returns the empty tables that a run will have, without solving theory for them.
     pub fn tables(&self) -> Vec<Table> {
         let all = self.tables_of_measures().into_iter();
         all.map(|(_, table)| table).collect()
@@ -157,7 +160,7 @@ impl<'a> Planned<'a> {
         .collect()
     }
 
-    /// Memory of the schedule of one engine run \[bytes\].
+    /// Estimates the memory of the schedule of one engine run \[bytes\].
     fn schedule_bytes(&self) -> f64 {
         let looks = self
             .measures
@@ -167,8 +170,8 @@ impl<'a> Planned<'a> {
         DUE * most as f64 + LOOK * all as f64
     }
 
-    /// Memory of all tables with rows for each time, with their text and figures in the report
-    /// \[bytes\].
+    /// Estimates the memory of all tables with rows for each time, with their text and figures in
+    /// the report \[bytes\].
     fn table_bytes(&self) -> f64 {
         let plan = &self.plan;
         let looks = self.measures.iter().map(|one| one.sample_times(plan).len());
@@ -202,7 +205,7 @@ impl<'a> Planned<'a> {
         REPORTED * all
     }
 
-    /// Estimated cost on this number of threads.
+    /// Estimates memory and computing time of the point on a number of threads.
     pub fn cost(&self, threads: usize) -> Cost {
         let kept = |engine: &EnginePlan| {
             let count = (self.plan.count() * engine.copies()) as f64;
@@ -244,8 +247,8 @@ impl<'a> Planned<'a> {
         }
     }
 
-    /// Nominal computing times of the start and the engines of a replica, companion gases of
-    /// measures included.
+    /// Estimates the computing times of one replica at nominal speeds: its start, its engines, and
+    /// companion gases of measures.
     pub fn pace(&self) -> RuntimeEstimate {
         let mut pace = self.plan.pace();
         for (seconds, engine) in pace.engines.iter_mut().zip(&self.plan.engines) {
@@ -280,7 +283,7 @@ impl<'a> Planned<'a> {
         }
     }
 
-    /// Warnings of the plan, and one for each slow scheme.
+    /// Returns the warnings of the plan, and one for each slow scheme.
     fn warnings(&self) -> Vec<String> {
         let slow = self.plan.engines.iter().filter_map(|engine| {
             let trials = self.plan.trials_per_collision(engine)?;
@@ -297,16 +300,16 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// False-alarm probability of each verdict of a point: the probability for the point divided by the
-/// number of its verdicts (Bonferroni), so it is known before the run. Over the points of a sweep
-/// the false discovery rate is controlled instead.
+/// Computes the error probability of each verdict of a point: that of the point divided by the
+/// number of its verdicts (Bonferroni). It is known before the run. Over the points of a sweep the
+/// false discovery rate is controlled instead.
 pub fn level(planned: &Planned<'_>) -> f64 {
     let measures = planned.measures.iter();
     let all: usize = measures.map(|one| one.test_count(&planned.plan)).sum();
     planned.plan.case.verdict.family_wise_error_rate / all.max(1) as f64
 }
 
-/// Plans all points of a case.
+/// Plans all sweep points of a case.
 ///
 /// # Errors
 /// As [`Planned::new`].
@@ -314,7 +317,7 @@ pub fn check_case(file: &CaseFile) -> Result<Vec<Planned<'_>>, CaseError> {
     check_within(file, available_memory())
 }
 
-/// Plans all points of a case, with this much free memory \[bytes\], see
+/// Plans all sweep points of a case with a given amount of available memory \[bytes\], see
 /// [`CasePlan::derive_within`].
 pub(crate) fn check_within(
     file: &CaseFile,
@@ -325,7 +328,7 @@ pub(crate) fn check_within(
     planned.collect()
 }
 
-/// Returns the measures of a case: the measures that it names, and the default ones.
+/// Returns the measures of a planned case: those that it names, and the default ones.
 ///
 /// # Errors
 /// [`PlanError`] names the option, or the unknown measure.
@@ -362,7 +365,7 @@ pub fn chosen(plan: &CasePlan) -> Result<Vec<&'static dyn Measure>, PlanError> {
     Ok(list)
 }
 
-/// Refuses an accuracy target where theory does not give the error.
+/// Checks that an accuracy target is used only where theory gives the error.
 ///
 /// # Errors
 /// [`PlanError`] names what the case has.
@@ -391,8 +394,8 @@ fn check_accuracy(plan: &CasePlan) -> Result<(), PlanError> {
     Err(PlanError::new("accuracy.target", found, allowed))
 }
 
-/// Converts a plan error to one that shows where the key is written.
-fn refused(point: &CasePoint, error: &PlanError) -> CaseError {
+/// Converts a planning error to a case error with the position of its key.
+fn case_error(point: &CasePoint, error: &PlanError) -> CaseError {
     let PlanError {
         key,
         found,

@@ -1,5 +1,5 @@
-//! Limit of the collision rate per particle in event-driven dynamics. A gas that comes to rest
-//! collides ever more often, and its run would never end.
+//! Limit of the collision rate per particle in event-driven dynamics, measured over windows of many
+//! collisions. A gas that comes to rest collides ever more often, and its run would never end.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Failure, RecentContacts, Simulation};
@@ -7,49 +7,51 @@ use stosszahl_model::{Failure, RecentContacts, Simulation};
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
 use crate::words::short;
 
-/// Fewest collisions per particle in the window of a collision rate that may end a run.
+/// Fewest collisions per particle in the measuring window of a collision rate that may end a run.
 const OF_EACH: f64 = 1000.0;
-/// Fewest collisions of all particles in the window of a collision rate that may end a run.
+/// Fewest collisions of all particles in the measuring window of a collision rate that may end a
+/// run.
 const OF_ALL: u64 = 2_000_000;
-/// Fewest collisions of all particles in the window of a collision rate that is reported.
+/// Fewest collisions of all particles in the measuring window of a collision rate that is reported
+/// as high.
 const OF_ALL_TOLD: u64 = 100_000;
-/// Fraction of the limit above which the collision rate is reported.
+/// Fraction of the limit above which the collision rate is reported to the user.
 const TOLD: f64 = 0.01;
-/// Largest number of particles that are named.
+/// Largest number of particles that a report of high collision rates names.
 const NAMED: usize = 8;
 
-/// Window over which the collision rate is measured: its start and the collisions before it.
+/// Measuring window of the collision rate: its start, and the collisions before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RateWindow {
-    /// Start of the window \[engine time\].
+    /// Start of the measuring window \[engine time\].
     time: f64,
-    /// Collisions until the start of the window.
+    /// Collisions of the run before the measuring window.
     collisions: u64,
 }
 
-/// Error of a collision rate above the limit of the case.
+/// Error of a run whose collision rate exceeds the limit of the case.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
     "{} collisions of a particle in a unit of time, on average since time {}; allowed are up to {} \
      (engine.ed.collision_rate_limit); {activity}. Particles at rest on each other collide without end: end the run before they come to rest, \
      keep them in motion (a wall with a temperature or a vibration), or give a longer engine.ed.contact_time; a larger \
      engine.ed.collision_rate_limit lets the run go on",
-    digits(*rate), short(*since), digits(*limit)
+    format_rate(*rate), short(*since), format_rate(*limit)
 )]
 pub struct CollisionRateError {
-    /// Collisions per particle and unit of time of the case.
+    /// Measured collisions per particle and unit of time of the case.
     rate: f64,
     /// Largest collision rate that is allowed, in the unit of the rate.
     limit: f64,
-    /// Start of the window, in the unit of time of the case.
+    /// Start of the measuring window, in the unit of time of the case.
     since: f64,
-    /// Particles that make up most of the collisions, in words.
+    /// Description of the particles that take part in most of the collisions.
     activity: String,
 }
 
 impl RateWindow {
-    /// Checks the collision rate after a segment. Returns a description of the busiest particles if
-    /// the rate is notable. The trajectory does not depend on this check.
+    /// Checks the collision rate after a segment of the run. Returns a description of the busiest
+    /// particles if the rate is high. The trajectory does not depend on this check.
     ///
     /// # Errors
     /// [`CollisionRateError`] if the rate over enough collisions exceeds the limit of the engine.
@@ -75,7 +77,7 @@ impl RateWindow {
         let Some((rate, is_whole)) = found.filter(|(rate, _)| *rate > TOLD * limit) else {
             return Ok(None);
         };
-        let activity = activity(plan, gas.recent_contacts());
+        let activity = busiest_particles(plan, gas.recent_contacts());
         let rate = rate * plan.time;
         let limit = limit * plan.time;
         if is_whole && rate > limit {
@@ -88,16 +90,16 @@ impl RateWindow {
         }
         Ok(Some(format!(
             "{} collisions of a particle in a unit of time, where {} end the run; {activity}",
-            digits(rate),
-            digits(limit)
+            format_rate(rate),
+            format_rate(limit)
         )))
     }
 }
 
 impl RateWindow {
-    /// Measures the collision rate per particle since the start of the window \[1/engine time\];
-    /// `None` for few collisions. Also returns true, and starts the next window, if the collisions
-    /// are enough to end a run.
+    /// Measures the collision rate per particle since the start of the measuring window \[1/engine
+    /// time\]; `None` for few collisions. Also returns true, and starts the next window, if the
+    /// collisions are enough to end a run.
     fn measure(&mut self, particles: usize, collisions: u64, time: f64) -> Option<(f64, bool)> {
         let since = collisions.saturating_sub(self.collisions);
         if since < OF_ALL_TOLD {
@@ -114,8 +116,8 @@ impl RateWindow {
     }
 }
 
-/// Formats a rate in few digits.
-fn digits(rate: f64) -> String {
+/// Formats a collision rate with few digits.
+fn format_rate(rate: f64) -> String {
     if rate < 1e4 {
         short(rate)
     } else {
@@ -124,7 +126,7 @@ fn digits(rate: f64) -> String {
 }
 
 /// Describes the particles of the latest contacts and their position.
-fn activity(plan: &CasePlan, recent: Option<RecentContacts>) -> String {
+fn busiest_particles(plan: &CasePlan, recent: Option<RecentContacts>) -> String {
     let Some(recent) = recent.filter(|recent| !recent.busiest.is_empty()) else {
         return "it is not known of which".to_owned();
     };

@@ -1,4 +1,5 @@
-//! Combinations of walls, gravity, spin, kicks, weights and copies, each run through as a small case.
+//! Combinations of walls, gravity, spin, kicks, weights and copies, each run through as a small
+//! case.
 
 use std::path::Path;
 
@@ -83,7 +84,8 @@ fn independent_copies_go_with_walls_and_spin() {
     tables_of(rough, &format!("{PERIODIC}{engine}"));
 }
 
-/// An elastic gas has no cooling time: its unit is then the mean free time, whatever stands around it.
+/// An elastic gas has no cooling time: its unit is then the mean free time, whatever stands around
+/// it.
 #[test]
 fn cooling_times_of_elastic_gases_are_mean_free_times() {
     for tables in [WALLS, PERIODIC] {

@@ -1,4 +1,5 @@
-//! Checkpoints, interruption and progress of one part of a run.
+//! Checkpoints, interruption and progress reports of one part of a run: one engine of one replica,
+//! or its start.
 
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -15,38 +16,38 @@ use stosszahl_results::{ResultsError, half_written};
 
 use crate::gauge::ProgressEstimate;
 
-/// Receiver of progress messages; libraries print nothing.
+/// Receiver of progress reports of a run; libraries print nothing.
 pub trait Progress: Sync {
-    /// Reports that a point of a sweep, or the only one, begins: its name or title, and its work.
+    /// Reports that a sweep point, or the only point, begins: its name or title, and its work.
     fn begin_point(&self, _point: usize, _name: &str, _work: ProgressEstimate) {}
 
     /// Reports the fraction of a part's work that is done, and its collisions since the last
-    /// report.
+    /// report. A part is the start or one engine of a replica.
     fn tell_share(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
 
-    /// Reports in words where a slow part spends its time.
+    /// Reports in words what a slow part of a run spends its time on.
     fn tell_activity(&self, _point: usize, _part: usize, _activity: &str) {}
 
-    /// Reports that a point is finished.
+    /// Reports that a sweep point is finished.
     fn end_point(&self, _point: usize) {}
 
-    /// Reports a note for the user.
+    /// Reports a note for the user, as text.
     fn show_note(&self, _text: &str) {}
 }
 
 /// Ignores all progress messages.
 impl Progress for () {}
 
-/// Content of a checkpoint.
+/// Data stored in a checkpoint.
 pub trait Content: Serialize + DeserializeOwned {
-    /// Set of shards that belongs to the checkpoint; `None` without shards.
+    /// Returns the set of shards that belongs to the checkpoint; `None` without shards.
     fn shard_set(&self) -> Option<Set> {
         None
     }
 }
 
-/// Set of shards of a checkpoint. A new checkpoint writes the other set, and the old one is removed
-/// when it is complete.
+/// Alternating sets of checkpoint shards. A new checkpoint writes the other set, and the old one is
+/// removed when it is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Set {
     /// First of two alternating sets of checkpoint shards.
@@ -59,7 +60,7 @@ impl Set {
     /// Both alternating sets of checkpoint shards.
     pub const ALL: [Self; 2] = [Self::A, Self::B];
 
-    /// Set that the next checkpoint uses.
+    /// Returns the set of shards that the next checkpoint uses.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -68,7 +69,8 @@ impl Set {
         }
     }
 
-    /// Stem of the shard file names of this set, for a checkpoint name.
+    /// Returns the common beginning of the shard file names of this set, from the name of the
+    /// checkpoint.
     pub fn stem(self, checkpoint: &str) -> String {
         let set = match self {
             Self::A => "a",
@@ -78,12 +80,12 @@ impl Set {
     }
 }
 
-/// Replica, part and seed that a checkpoint belongs to; distinguishes the checkpoints of one run.
+/// Origin of a checkpoint: replica, part and seed. It distinguishes the checkpoints of one run.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CheckpointOrigin {
     /// Number of the replica, from 0.
     pub replica: u64,
-    /// Name of the part: `start`, or the engine.
+    /// Name of the part of the run: `start`, or the engine.
     pub part: String,
     /// Seed of the case.
     pub seed: u64,
@@ -100,26 +102,26 @@ impl fmt::Display for CheckpointOrigin {
     }
 }
 
-/// File of the checkpoint of one part of a run.
+/// Checkpoint file of one part of a run: path, fingerprint and origin.
 pub struct CheckpointFile<'a> {
-    /// Path of the file.
+    /// Path of the checkpoint file.
     pub path: PathBuf,
-    /// Fingerprint of the run and the point.
+    /// Fingerprint of the run and its sweep point.
     pub run: Fingerprint,
     /// Replica, part and seed of the checkpoint.
     pub origin: CheckpointOrigin,
-    /// Check whether the file may still be written; `None` if it always may.
+    /// Check whether the checkpoint may still be written; `None` if it always may.
     pub guard: Option<&'a WriteGuard<'a>>,
 }
 
-/// Check whether files may still be written: the results folder is at its path, and no other
-/// process has taken over the replica.
+/// Callback that returns an error if files may no longer be written: the results folder was moved,
+/// or another process has taken over the replica.
 pub type WriteGuard<'a> = dyn Fn() -> Result<(), ResultsError> + Sync + 'a;
 
-/// Checkpointing, interruption and progress of one part of one replica. `T` is the content of a
+/// Checkpointing, interruption and progress of one part of one replica. `T` is the data stored in a
 /// checkpoint.
 pub struct Control<'a, T> {
-    /// File of the checkpoint; `None` if nothing is saved.
+    /// Checkpoint file; `None` if nothing is saved.
     file: Option<CheckpointFile<'a>>,
     interval: Duration,
     last: Mutex<Instant>,
@@ -129,15 +131,15 @@ pub struct Control<'a, T> {
     content: PhantomData<fn(T)>,
 }
 
-/// Computing time since the last checkpoint below which a finished part is not saved.
+/// Computing time since the last checkpoint below which a finished part of a run is not saved.
 const WORTH_SAVING: Duration = Duration::from_secs(1);
 
-/// Shortest time between two rollback states \[s\].
+/// Shortest computing time between two rollback states of an interruptible run \[s\].
 const ROLLBACK_SECONDS: f64 = 1.0;
 /// Largest fraction of the computing time spent on rollback states.
 const ROLLBACK_SHARE: f64 = 0.02;
 
-/// Rollback state of an interrupted segment: the content saved before it, in memory.
+/// Rollback state of an interrupted segment, in memory: the checkpoint data from before it.
 pub struct Rollback<T> {
     saved: Option<T>,
     since: Instant,
@@ -154,13 +156,13 @@ impl<T> Default for Rollback<T> {
     }
 }
 
-/// Error of a run that was asked to stop, with its checkpoint written.
+/// Error of a run that was interrupted, after its checkpoint was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interrupted;
 
 #[cfg(test)]
 impl CheckpointFile<'_> {
-    /// Creates a checkpoint file outside of a results folder.
+    /// Creates a checkpoint file outside of any results folder.
     pub(crate) fn alone(path: PathBuf) -> Self {
         Self {
             path,
@@ -172,7 +174,7 @@ impl CheckpointFile<'_> {
 }
 
 impl<'a, T: Content> Control<'a, T> {
-    /// Creates the control of a part. `seconds`: computing time between two checkpoints.
+    /// Creates the control of a part. `seconds` is the computing time between two checkpoints.
     pub fn new(
         file: Option<CheckpointFile<'a>>,
         seconds: f64,
@@ -190,7 +192,7 @@ impl<'a, T: Content> Control<'a, T> {
         }
     }
 
-    /// Sets the receiver of descriptions of slow work.
+    /// Sets the receiver of messages on what a slow part spends its time on.
     #[must_use]
     pub fn with_activity(self, tell_activity: &'a (dyn Fn(&str) + Sync)) -> Self {
         Self {
@@ -199,17 +201,18 @@ impl<'a, T: Content> Control<'a, T> {
         }
     }
 
-    /// Reports in words where the part spends its time.
+    /// Reports in words what the part spends its time on.
     pub fn tell_activity(&self, activity: &str) {
         (self.tell_activity)(activity);
     }
 
-    /// Reports the fraction of work that is done, and the collisions since the last report.
+    /// Reports the fraction of the part's work that is done, and the collisions since the last
+    /// report.
     pub fn report_progress(&self, share: f64, collisions: u64) {
         (self.tell)(share, collisions);
     }
 
-    /// Reads the last checkpoint; `None` if there is none.
+    /// Reads the last checkpoint of the part; `None` if there is none.
     ///
     /// # Errors
     /// [`SnapshotError`] if it is damaged, or of another run, replica or engine.
@@ -231,7 +234,7 @@ impl<'a, T: Content> Control<'a, T> {
         }
     }
 
-    /// Writes a checkpoint.
+    /// Writes a checkpoint of the part.
     ///
     /// # Errors
     /// [`SnapshotError`] if the file cannot be written.
@@ -248,9 +251,9 @@ impl<'a, T: Content> Control<'a, T> {
         Ok(())
     }
 
-    /// Writes the checkpoint of a finished part if the run is asked to stop, or if the part took
-    /// long since the last checkpoint. Short replicas, of which there may be thousands, are not
-    /// worth a file.
+    /// Writes the checkpoint of a finished part if the run is interrupted, or if the part took long
+    /// since the last checkpoint. Short replicas, of which there may be thousands, are not worth a
+    /// file.
     ///
     /// # Errors
     /// Errors of `content` and of [`Self::save`].
@@ -265,7 +268,7 @@ impl<'a, T: Content> Control<'a, T> {
         Ok(())
     }
 
-    /// Stem of the shard files of a set, and the fingerprint of the run, for a decomposed gas;
+    /// Returns path and common name of the shard files of a set, and the fingerprint of the run;
     /// `None` if nothing is saved.
     pub fn shards(&self, set: Set) -> Option<(PathBuf, &Fingerprint)> {
         let file = self.file.as_ref()?;
@@ -273,7 +276,7 @@ impl<'a, T: Content> Control<'a, T> {
         Some((file.path.with_file_name(set.stem(name)), &file.run))
     }
 
-    /// Location of the shards of the last checkpoint.
+    /// Returns the location of the shards of the last checkpoint; `None` without shards.
     pub fn beside(&self) -> Option<ShardLocation> {
         let file = self.file.as_ref()?;
         Some(ShardLocation {
@@ -282,13 +285,13 @@ impl<'a, T: Content> Control<'a, T> {
         })
     }
 
-    /// Interrupt that stops the part.
+    /// Returns the interrupt that stops the part.
     pub fn interrupt(&self) -> &'a Interrupt {
         self.stop
     }
 
-    /// Saves the rollback state before a segment that may be interrupted, unless little was done
-    /// since the last time. As in [`Self::pause`], the clock decides only whether it is saved. A
+    /// Stores the rollback state before a segment that may be interrupted, unless little was done
+    /// since the last one. As in [`Self::pause`], the clock decides only whether it is stored. A
     /// state in shards is on disk, and becomes the checkpoint at once.
     ///
     /// # Errors
@@ -318,8 +321,8 @@ impl<'a, T: Content> Control<'a, T> {
         Ok(())
     }
 
-    /// Writes the rollback state as the checkpoint after an interrupted segment. Without one the
-    /// last checkpoint stays.
+    /// Writes the rollback state as the checkpoint after an interrupted segment. If there is none,
+    /// the last checkpoint stays.
     ///
     /// # Errors
     /// As [`Self::save`].
@@ -331,8 +334,8 @@ impl<'a, T: Content> Control<'a, T> {
         Ok(Interrupted)
     }
 
-    /// Saves after a segment if it is due, and stops if asked to. The clock decides only whether a
-    /// checkpoint is written, never its content.
+    /// Writes a checkpoint after a segment if it is due, and stops if the run is interrupted. The
+    /// clock decides only whether a checkpoint is written, never its content.
     ///
     /// # Errors
     /// Errors of `gather` and of [`Self::save`]; [`Interrupted`] if asked to stop.
@@ -363,8 +366,8 @@ impl<'a, T: Content> Control<'a, T> {
     }
 }
 
-/// Removes the shards of all sets but one. Files that cannot be removed are overwritten later, or
-/// removed with the run.
+/// Removes the checkpoint shards of all sets but `kept`. Files that cannot be removed are
+/// overwritten later, or removed with the run.
 fn remove_shards(checkpoint: &Path, kept: Option<Set>) {
     let (Some(folder), Some(name)) = (checkpoint.parent(), checkpoint.file_name()) else {
         return;

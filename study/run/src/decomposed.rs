@@ -1,7 +1,8 @@
-//! Runs in which several processes hold each Monte Carlo gas in cells together, one gas after the other.
+//! Runs with domain decomposition over processes (`stosszahl-mpi`): all processes hold parts of
+//! each Monte Carlo gas in cells, one gas after the other.
 //!
-//! The first process does all that a run does ([`run_decomposed`]). When it begins a gas in cells, it
-//! calls the others, which plan the same case and hold their subdomains of the gas
+//! The first process does all that a run does ([`run_decomposed`]). When it begins a gas in cells,
+//! it calls the others, which plan the same case and hold their subdomains of the gas
 //! ([`serve_subdomains`]). Exact dynamics and gases without positions stay in the first. Tables are
 //! the bytes of [`crate::run_case`].
 
@@ -20,7 +21,7 @@ use crate::run::options::RunOptions;
 use crate::run::summary::RunSummary;
 use crate::run::{Opened, prepare, require_memory_of_each};
 
-/// Guard that ends the part of the other processes when it is dropped.
+/// Guard that, when dropped, tells the other processes that the run has ended.
 struct Release<'a>(&'a dyn Ranks);
 
 impl Drop for Release<'_> {
@@ -29,7 +30,7 @@ impl Drop for Release<'_> {
     }
 }
 
-/// Checks that all processes are ready; else returns the error of the lowest rank that is not.
+/// Checks that all processes are ready; otherwise returns the error of the lowest rank that is not.
 fn require_all_ready<T>(ranks: &dyn Ranks, mine: &Result<T, RunError>) -> Result<(), RunError> {
     let mine = mine.as_ref().err().map(ToString::to_string);
     let all = gather_from_all(ranks, postcard::to_stdvec(&mine).unwrap_or_default());
@@ -43,7 +44,7 @@ fn require_all_ready<T>(ranks: &dyn Ranks, mine: &Result<T, RunError>) -> Result
     Ok(())
 }
 
-/// Refuses a case of which several processes would hold no gas.
+/// Returns an error if no gas of the case can be decomposed over several processes.
 fn require_gas_in_cells(planned: &[Planned<'_>], processes: usize) -> Result<(), RunError> {
     let mut engines = planned.iter().flat_map(|one| &one.plan.engines);
     if processes == 1 || engines.any(|engine| engine.parameters().is_some()) {
@@ -52,7 +53,7 @@ fn require_gas_in_cells(planned: &[Planned<'_>], processes: usize) -> Result<(),
     Err(RunError::NothingToDecompose)
 }
 
-/// Runs all points of a case into a results folder, with each gas in cells spread over all
+/// Runs all points of a case into a results folder, with each gas in cells decomposed over all
 /// processes. The caller is the first process; the other processes call [`serve_subdomains`].
 ///
 /// # Errors
@@ -84,8 +85,8 @@ pub fn run_decomposed(
     Ok(opened.summary(points))
 }
 
-/// Plans the case in another process, and holds its subdomain of each gas that the first begins.
-/// `file` is the case, or the reason why it cannot be read here.
+/// Plans the case in a process other than the first, and holds its subdomain of each decomposed
+/// gas. `file` is the case, or the reason why this process cannot read it.
 ///
 /// # Errors
 /// As [`crate::run_case`]; the first process is told.

@@ -1,4 +1,4 @@
-//! Creation of engines from a plan and a start.
+//! Creation of engines from the plan of a case and a start or checkpoint.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -26,33 +26,33 @@ use crate::start;
 use crate::start::error::StartError;
 use crate::words::short;
 
-/// Branch of the random streams of Monte Carlo next to walls, which draw from that of exact dynamics, in
-/// gravity and of particles that spin.
+/// Branch of the random streams for Monte Carlo in the units of the case: with walls, gravity or
+/// spinning particles. It differs from that of exact dynamics.
 const IN_UNITS_OF_CASE: u64 = 2;
 
-/// Error with which an engine refuses to start.
+/// Error with which an engine cannot start.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BeginError {
-    /// Engine that the plan does not allow.
+    /// The plan does not allow the engine.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// Set of simulators that cannot be placed.
+    /// A set of simulators cannot be placed.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// Error of exact dynamics.
+    /// Exact event-driven dynamics refuses the gas.
     #[error(transparent)]
     EventDriven(#[from] stosszahl_ed::EventDrivenError),
-    /// Error of cell-based Monte Carlo.
+    /// Monte Carlo in cells refuses the gas.
     #[error(transparent)]
     MonteCarlo(#[from] stosszahl_dsmc::DsmcError),
-    /// Error of Monte Carlo without positions.
+    /// Monte Carlo of a gas without positions refuses the gas.
     #[error(transparent)]
     Homogeneous(#[from] stosszahl_dsmc::homogeneous::HomogeneousError),
 }
 
 impl BeginError {
-    /// Converts the error of an engine to the units of the case.
+    /// Converts numbers in the error of an engine to the units of the case.
     fn in_units(self, plan: &CasePlan) -> Self {
         let units = plan.message_units();
         match self {
@@ -65,8 +65,8 @@ impl BeginError {
 }
 
 impl BeginError {
-    /// Returns true if the case is at fault, and not a damaged checkpoint, another process or the
-    /// machine.
+    /// Returns true if the case cannot be run as it is; false for a damaged checkpoint or a fault
+    /// of another process or the machine.
     pub(crate) fn is_refusal(&self) -> bool {
         match self {
             Self::Plan(_) | Self::Homogeneous(_) => true,
@@ -85,11 +85,11 @@ impl BeginError {
     }
 }
 
-/// Number of cell crossings between two collisions from which exact dynamics of a gas is refused.
-/// The engine gives up after 1e7, and one in `e^20` of all waits is twenty times the mean.
+/// Largest expected number of cell crossings between two collisions for exact dynamics. The engine
+/// gives up after 1e7, and one in `e^20` of all waits is twenty times the mean.
 const MOST_CROSSINGS: f64 = 1e7 / 20.0;
 
-/// Checks everything that engines would refuse, except positions of particles.
+/// Checks everything for which an engine would refuse the case, except positions of particles.
 ///
 /// # Errors
 /// [`PlanError`] names the engine.
@@ -147,17 +147,18 @@ pub fn check_start(plan: &CasePlan) -> Result<(), PlanError> {
     Ok(())
 }
 
-/// Source of an engine: a start or a checkpoint.
+/// Source from which an engine begins: an initial state or a checkpoint.
 #[derive(Clone, Copy)]
 pub enum From<'a> {
-    /// Start of the replica; `None` without positions.
+    /// Initial state of the replica; `None` without positions.
     Start(Option<&'a Particles>),
-    /// Bytes of [`Simulation::save_checkpoint`], and the location of its shards if there are any.
+    /// Checkpoint: bytes of [`Simulation::save_checkpoint`], and the location of its shards if
+    /// there are any.
     Checkpoint(&'a [u8], Option<&'a ShardLocation>),
 }
 
-/// Starts or resumes an engine of a replica with these streams. An interrupt ends a start early.
-/// Monte Carlo in cells is decomposed over the processes of `group`, if given.
+/// Starts or resumes an engine of a replica with the given random streams. An interrupt ends the
+/// start early. Monte Carlo in cells is decomposed over the processes of `group`, if given.
 ///
 /// # Errors
 /// [`BeginError`] if the engine cannot start.
@@ -179,7 +180,8 @@ pub fn begin(
     Ok(gas)
 }
 
-/// Serves a part of a decomposed gas that the root process begins, until that ends it.
+/// Holds this process's subdomain of a decomposed gas that the root process begins, until the root
+/// ends it.
 ///
 /// # Errors
 /// [`BeginError`] if the gas cannot start here.
@@ -207,7 +209,7 @@ pub(crate) fn hold(
     )?)
 }
 
-/// Returns the description of cell-based Monte Carlo without its start.
+/// Returns the description of Monte Carlo in cells without its initial state.
 fn in_cells<'a>(
     plan: &'a CasePlan,
     parameters: Parameters,
@@ -219,7 +221,7 @@ fn in_cells<'a>(
         grains: &plan.grains,
         parameters,
         boundaries,
-        streams: streams.branch(branch(plan, parameters.scheme)),
+        streams: streams.branch(scheme_branch(plan, parameters.scheme)),
         displacements: needs.displacements,
     }
 }
@@ -245,7 +247,7 @@ fn made(
             let boundaries = plan.exact_boundaries(streams)?;
             Ok(match from {
                 From::Start(start) => {
-                    let start = starts(plan, start, 1, streams, interrupt)?;
+                    let start = initial_states(plan, start, 1, streams, interrupt)?;
                     stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &start[0])?
                 }
                 From::Checkpoint(bytes, _) => {
@@ -271,7 +273,7 @@ fn made(
                     } else {
                         engine.copies() as u64
                     };
-                    let sets = starts(plan, start, sets, streams, interrupt)?;
+                    let sets = initial_states(plan, start, sets, streams, interrupt)?;
                     match call() {
                         Some(ranks) => stosszahl_dsmc::simulate_distributed(&gas, &sets, ranks)?,
                         None => stosszahl_dsmc::simulate(&gas, &sets)?,
@@ -315,7 +317,7 @@ fn made(
                     .iter()
                     .position(|one| one.tracer)
                     .map(|one| one as u32),
-                sticking: rule(plan),
+                sticking: aggregation_rule(plan),
                 displacements: needs.displacements,
                 paths: (needs.trajectories, &groups),
                 streams,
@@ -328,9 +330,9 @@ fn made(
     }
 }
 
-/// Creates `count` starts of the replica, the first of them prepared or made now. A prepared one
-/// that is alone is not copied.
-fn starts<'a>(
+/// Returns the initial states of `sets` sets of simulators: the prepared one, or new ones. A single
+/// prepared state is not copied.
+fn initial_states<'a>(
     plan: &CasePlan,
     prepared: Option<&'a Particles>,
     sets: u64,
@@ -347,16 +349,17 @@ fn starts<'a>(
     all.collect::<Result<_, _>>().map(Cow::Owned)
 }
 
-/// Branch of the random streams: schemes of one replica draw different numbers.
-fn branch(plan: &CasePlan, scheme: Scheme) -> u64 {
+/// Returns the branch of the random streams for a scheme, so that schemes of one replica draw
+/// different numbers.
+fn scheme_branch(plan: &CasePlan, scheme: Scheme) -> u64 {
     if !plan.has_thermal_units() {
         return IN_UNITS_OF_CASE;
     }
     scheme.properties().random_branch
 }
 
-/// Rule of aggregation and fragmentation of the case; `None` without one.
-fn rule(plan: &CasePlan) -> Option<AggregationRule> {
+/// Returns the rule of aggregation and fragmentation of the case; `None` without one.
+fn aggregation_rule(plan: &CasePlan) -> Option<AggregationRule> {
     let written = plan.case.aggregation.as_ref()?;
     let threshold = |energy: Option<f64>, speed: Option<f64>, part| Threshold {
         limit: match speed {

@@ -1,4 +1,4 @@
-//! Run of one engine of one replica, from its start to its end; one loop over sample times for
+//! Run of one engine of one replica, from start to end: one loop over scheduled sample times for
 //! every kind of case.
 //!
 //! A run is cut into segments. A segment is a function of the checkpoint before it, and counts of
@@ -30,7 +30,7 @@ use crate::start::{Preparation, StartError, StartReport};
 
 pub use error::{Elsewhere, PartError};
 
-/// Prepares the equilibrated start of a replica; resumes from the checkpoint if there is one.
+/// Creates the equilibrated start of a replica, or resumes from its checkpoint.
 ///
 /// # Errors
 /// [`PartError`]; the checkpoint is kept.
@@ -62,10 +62,10 @@ pub fn prepare(
     Ok((report, start.particles(plan, streams)?))
 }
 
-/// Content of a checkpoint of a part.
+/// Checkpoint data of an engine run: engine state and records of the probes.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Saved {
-    /// Bytes of the engine; `None` once finished, when only the records are kept.
+    /// Checkpoint bytes of the engine; `None` once the run is finished and only records are kept.
     #[serde(with = "serde_bytes")]
     engine: Option<Vec<u8>>,
     /// Set of shards that holds the particles of the engine; `None` without shards.
@@ -87,17 +87,17 @@ impl Content for Saved {
     }
 }
 
-/// One engine of one replica, with its plan and measures.
+/// Run of one engine of one replica: its plan, its measures and its start.
 pub struct EngineRun<'a> {
-    /// Plan of the case.
+    /// Resolved plan of the case.
     pub plan: &'a CasePlan,
-    /// Engine to run.
+    /// Plan of the engine to run.
     pub engine: &'a EnginePlan,
-    /// Measures of the case.
+    /// Measures of the case, in the order of their probes.
     pub measures: &'a [&'static dyn Measure],
     /// Number of the replica, from 0.
     pub replica: u64,
-    /// Start that engines share; `None` where each engine makes its own.
+    /// Initial state that the engines share; `None` if each engine makes its own.
     pub start: Option<&'a Particles>,
 }
 
@@ -108,7 +108,7 @@ pub(crate) struct RunState<'a> {
     pub(crate) gas: Box<dyn Simulation>,
     pub(crate) probes: Vec<Box<dyn Probe>>,
     pub(crate) next: usize,
-    /// Set of shards of the last checkpoint.
+    /// Set of shards of the last checkpoint; `None` without shards.
     set: Option<Set>,
     kicks: u64,
     heated: f64,
@@ -119,12 +119,12 @@ pub(crate) struct RunState<'a> {
 }
 
 impl EngineRun<'_> {
-    /// Random streams of the replica.
+    /// Returns the random streams of the replica.
     pub fn streams(&self) -> Streams {
         Streams::new(self.plan.case.seed, self.replica)
     }
 
-    /// Requirements of the measures on the engine.
+    /// Returns what the measures require of the engine, such as collisions or displacements.
     pub(crate) fn needs(&self) -> Needs {
         let all = self
             .measures
@@ -141,7 +141,7 @@ impl EngineRun<'_> {
         self.measures.iter().map(one).collect()
     }
 
-    /// Restores a finished part from its checkpoint.
+    /// Restores the records of a finished run from its checkpoint.
     ///
     /// # Errors
     /// [`PartError::Record`] if the checkpoint is of another case.
@@ -151,7 +151,7 @@ impl EngineRun<'_> {
         Ok(saved.finished(probes))
     }
 
-    /// Runs to the end; resumes from the checkpoint if there is one.
+    /// Runs the engine to the end of the case, or resumes it from its checkpoint.
     ///
     /// # Errors
     /// [`PartError`]; the checkpoint is kept.
@@ -159,7 +159,7 @@ impl EngineRun<'_> {
         self.run_in(control, None)
     }
 
-    /// Runs to the end a gas that the processes of `group` hold together.
+    /// Runs a decomposed gas to the end, together with the processes of `group`.
     ///
     /// # Errors
     /// As [`Self::run_engine`].
@@ -232,7 +232,7 @@ impl EngineRun<'_> {
 }
 
 impl<'a> RunState<'a> {
-    /// Begins a part at its start, after the first samples of its probes.
+    /// Begins an engine run at its initial state, and takes the first samples of its probes.
     pub(crate) fn begin(
         part: &'a EngineRun<'a>,
         interrupt: &'a Interrupt,
@@ -277,7 +277,8 @@ impl<'a> RunState<'a> {
         })
     }
 
-    /// Advances by one segment towards the next scheduled time, and samples there.
+    /// Advances the gas by one segment towards the next scheduled time, and samples if it is
+    /// reached.
     pub(crate) fn leg(
         &mut self,
         due: &ScheduledEvent,
@@ -306,7 +307,7 @@ impl<'a> RunState<'a> {
             let mut all = observers.collect::<Vec<&mut dyn Observer>>();
             let gas = &mut self.gas;
             let advanced = gas.advance(end, Budget::Leg, &mut all.as_mut_slice());
-            advanced.map_err(|failure| stopped(self.part, &**gas, plan.told(failure)))?
+            advanced.map_err(|failure| stop_error(self.part, &**gas, plan.told(failure)))?
         };
         if self.gas.is_interrupted() {
             return Err(PartError::Interrupted);
@@ -324,15 +325,16 @@ impl<'a> RunState<'a> {
         Ok(())
     }
 
-    /// Describes the particles of exact dynamics that collide most, if the collision rate is
-    /// notable.
+    /// Checks the collision rate of exact dynamics. Returns a description of the particles that
+    /// collide most if the rate is high.
     fn look_at_rate(&mut self) -> Result<Option<String>, PartError> {
         let (part, gas) = (self.part, &*self.gas);
         let looked = self.rate.check_rate(part.plan, part.engine, gas);
-        looked.map_err(|failure| stopped(part, gas, failure))
+        looked.map_err(|failure| stop_error(part, gas, failure))
     }
 
-    /// Informs the probes of a stop; returns the velocity moments of the gas at the stop.
+    /// Passes time and temperature to the probes when the gas has stopped for a sample or a kick;
+    /// returns its velocity moments.
     fn stop(&mut self, kicked_from: Option<f64>) -> VelocityMoments {
         let moments = self.gas.velocity_moments();
         let stop = RunStop {
@@ -346,7 +348,8 @@ impl<'a> RunState<'a> {
         moments
     }
 
-    /// Subtracts the mean velocity. Otherwise scaling would amplify its rounding without limit.
+    /// Subtracts the mean velocity of the gas. Otherwise the thermostat's scaling would amplify its
+    /// rounding error without limit.
     fn remove_drift(&mut self) -> Result<(), PartError> {
         let (mut momentum, mut mass) = (Vector3::<f64>::zeros(), 0.0);
         self.gas.visit_particles(&mut |one| {
@@ -357,7 +360,7 @@ impl<'a> RunState<'a> {
         Ok(self.gas.add_velocities(&vec![-momentum / mass; count])?)
     }
 
-    /// Rescales velocities if that is due, and takes the samples that are due.
+    /// Rescales velocities and takes samples, as far as they are due at this time.
     fn take_samples(&mut self, due: &ScheduledEvent) -> Result<(), PartError> {
         let plan = self.part.plan;
         if due.heating {
@@ -397,8 +400,8 @@ impl<'a> RunState<'a> {
         self.began = Instant::now();
     }
 
-    /// Checkpoint of the engine, sharded where possible; into the set that the last checkpoint does
-    /// not use.
+    /// Writes the checkpoint of the engine: as shards where possible, into the set that the last
+    /// checkpoint does not use.
     fn checkpoint(
         &self,
         control: &Control<'_, Saved>,
@@ -413,7 +416,7 @@ impl<'a> RunState<'a> {
         Ok((self.gas.save_checkpoint()?, None))
     }
 
-    /// Returns the content of a checkpoint.
+    /// Collects the data of a checkpoint: engine state and records of all probes.
     fn save(&mut self, control: &Control<'_, Saved>) -> Result<Saved, PartError> {
         let (engine, set) = self.checkpoint(control)?;
         self.set = set;
@@ -434,20 +437,20 @@ impl<'a> RunState<'a> {
     }
 }
 
-/// Error of a gas that cannot continue, with its state for inspection.
-fn stopped(part: &EngineRun<'_>, gas: &dyn Simulation, failure: Failure) -> PartError {
+/// Creates the error of a gas that cannot continue, with its state for inspection.
+fn stop_error(part: &EngineRun<'_>, gas: &dyn Simulation, failure: Failure) -> PartError {
     let state = extended_xyz(&gas.particles(), part.plan, part.engine.name);
     PartError::Stopped { failure, state }
 }
 
-/// Records of all probes.
+/// Serializes the records of all probes.
 fn records(probes: &[Box<dyn Probe>]) -> Result<Vec<ByteBuf>, postcard::Error> {
     let saved = probes.iter().map(|probe| probe.save_record());
     saved.map(|record| Ok(ByteBuf::from(record?))).collect()
 }
 
 impl CompletedRun {
-    /// Content of a checkpoint of the finished part.
+    /// Collects the checkpoint data of a finished run.
     ///
     /// # Errors
     /// If a record cannot be serialized, which is an error of the program.
@@ -469,7 +472,7 @@ impl CompletedRun {
 }
 
 impl Saved {
-    /// Restores the record of each probe.
+    /// Restores the record of each probe from a checkpoint.
     fn load(&self, probes: &mut [Box<dyn Probe>]) -> Result<(), postcard::Error> {
         if probes.len() != self.records.len() {
             return Err(postcard::Error::DeserializeBadEncoding);
@@ -491,7 +494,7 @@ impl Saved {
     }
 }
 
-/// Kinetic energy of the start \[energy\].
+/// Returns the kinetic energy of the gas at the start \[energy\].
 fn start_energy(plan: &CasePlan) -> f64 {
     let species = plan.species.iter();
     let twice: f64 = species.map(|one| one.count as f64 * one.temperature).sum();

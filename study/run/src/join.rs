@@ -1,5 +1,5 @@
-//! Run by several processes that share its results folder: each claims replicas there, and the last
-//! one of a point writes its tables.
+//! Runs shared by several processes through the results folder: each process claims replicas, and
+//! the last one of a point writes its tables.
 //!
 //! A replica is a function of the case, and its records are stored as in a checkpoint, so tables
 //! have the bytes of [`crate::run_case`], for any distribution of the work. A process that died
@@ -23,15 +23,16 @@ use crate::run::options::RunOptions;
 use crate::run::summary::{PointSummary, RunSummary};
 use crate::run::{Opened, prepare, require_memory_of_each};
 
-/// Name of the task of writing the tables of a point.
+/// Name of the task of writing the tables of a sweep point.
 const FINISH: &str = "finish";
-/// Name of the task of writing the report.
+/// Name of the task of writing the report of a run.
 const REPORT: &str = "report";
-/// Shortest and longest time between two checks for a free task.
+/// Shortest and longest time between two checks for an unclaimed task.
 const LOOKS: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(500)];
 
-/// Runs all points of a case into a results folder together with other processes that do so. A
-/// process without a sign of life for `lost_after` counts as lost, and others do its replicas.
+/// Runs all points of a case into a results folder, together with other processes that call this
+/// function. A process without a heartbeat for `lost_after` counts as lost, and others take over
+/// its replicas.
 ///
 /// # Errors
 /// As [`crate::run_case`]; other processes continue.
@@ -52,7 +53,7 @@ pub fn run_joined(
         .build()?;
     let queue = TaskQueue::new(&jobs, options, folder, worker)?;
     thread::scope(|scope| {
-        for _ in 0..slots(&planned, threads) {
+        for _ in 0..concurrent_replicas(&planned, threads) {
             scope.spawn(|| queue.work(&pool));
         }
     });
@@ -71,35 +72,35 @@ pub fn run_joined(
     })
 }
 
-/// Number of replicas done at once, so that each thread has an engine.
-fn slots(planned: &[Planned<'_>], threads: usize) -> usize {
+/// Returns the number of replicas that run concurrently, so that each thread has an engine.
+fn concurrent_replicas(planned: &[Planned<'_>], threads: usize) -> usize {
     let engines = planned.iter().map(|one| one.plan.engines.len()).min();
     (threads / engines.unwrap_or(1).max(1)).max(1)
 }
 
-/// Name of the task of a replica of a point.
+/// Returns the name of the task of running a replica of a sweep point.
 fn task_name(job: &Job<'_>, replica: u64) -> String {
     job.place.task(&format!("replica-{replica}"))
 }
 
-/// Next step of a thread that executes tasks.
+/// Next step of a thread that executes shared tasks: run, finish, wait, or end.
 enum NextStep {
     Replica(ReplicaTask, TaskClaim),
     Finish(usize, TaskClaim),
-    /// All tasks are claimed by live processes.
+    /// Wait, because all tasks are claimed by live processes.
     Wait,
     End,
 }
 
-/// Tasks of a run, as this process sees them.
+/// Queue of the tasks of a run that several processes share.
 struct TaskQueue<'a> {
     jobs: &'a [Job<'a>],
     options: &'a RunOptions<'a>,
     folder: &'a Folder,
     worker: &'a FolderWorker,
-    /// Numbers of the points, the costliest first.
+    /// Indices of the sweep points, the costliest first.
     order: Vec<usize>,
-    /// State shared by the threads of this process.
+    /// Queue state shared by the threads of this process.
     state: Mutex<QueueState>,
 }
 
@@ -112,9 +113,9 @@ struct QueueState {
 #[derive(Default)]
 struct PointState {
     began: Option<Instant>,
-    /// Journal of the replicas done by this process.
+    /// Journal of the replicas that this process has done.
     journal: Option<Arc<Journal>>,
-    /// For each replica: true if it was reported as done.
+    /// For each replica of the point: true if it was reported as done.
     told: Vec<bool>,
     summary: Option<PointSummary>,
 }
@@ -163,7 +164,7 @@ impl<'a> TaskQueue<'a> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Executes tasks until none is left in any process.
+    /// Executes tasks of the run until none is left in any process.
     fn work(&self, pool: &rayon::ThreadPool) {
         let mut pause = LOOKS[0];
         loop {
@@ -186,7 +187,8 @@ impl<'a> TaskQueue<'a> {
         }
     }
 
-    /// Finds the next task: one without a claim, else one whose process was lost.
+    /// Returns the next step of a thread: a task without a claim, or else one whose process was
+    /// lost.
     fn next_step(&self) -> Result<NextStep, RunError> {
         let mut state = self.state();
         if state.failure.is_some() {
@@ -219,7 +221,7 @@ impl<'a> TaskQueue<'a> {
         })
     }
 
-    /// Finds a task of a point, among claimed ones or among free ones.
+    /// Finds a task of one sweep point, among claimed ones or among free ones.
     fn step_of(
         &self,
         point: usize,
@@ -271,7 +273,7 @@ impl<'a> TaskQueue<'a> {
         Ok(claim.map(|claim| NextStep::Finish(point, claim)))
     }
 
-    /// Runs a replica and stores its records.
+    /// Runs a replica and appends its records to the journal.
     fn work_on(
         &self,
         pool: &rayon::ThreadPool,
@@ -315,7 +317,7 @@ impl<'a> TaskQueue<'a> {
         Ok(self.worker.mark_done(&claims, &name)?)
     }
 
-    /// Journal of this process, created with the first replica of the point.
+    /// Returns the journal of this process for a point, created with its first replica.
     fn journal(&self, point: usize) -> Result<Arc<Journal>, RunError> {
         let mut state = self.state();
         let journal = &mut state.points[point].journal;
@@ -327,7 +329,7 @@ impl<'a> TaskQueue<'a> {
         Ok(made)
     }
 
-    /// Writes the tables of a point whose replicas are all done.
+    /// Writes the tables of a point after all its replicas are done.
     fn finish(&self, point: usize, claim: &TaskClaim) -> Result<(), RunError> {
         let job = &self.jobs[point];
         if job.place.has_manifest() {
@@ -368,7 +370,7 @@ impl<'a> TaskQueue<'a> {
     }
 }
 
-/// Summary of a finished point, from its manifest.
+/// Returns the summary of a finished point, from its manifest.
 fn summary_of_finished(job: &Job<'_>, was_complete: bool) -> Result<PointSummary, RunError> {
     let path = job.place.path();
     let manifest = Manifest::read(&path)?;

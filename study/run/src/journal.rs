@@ -1,5 +1,5 @@
-//! Journal of finished replicas of a point: one file to which each is appended, so that thousands
-//! of short replicas do not make thousands of files.
+//! Journal of the finished replicas of a sweep point: one file to which each record is appended, so
+//! that thousands of short replicas do not make thousands of files.
 //!
 //! Layout, little-endian: 8 bytes magic, fingerprint of run and point (32 bytes). Then for each
 //! replica: length of its record (u64), its number (u64), the seed (u64), the fingerprint, the
@@ -18,52 +18,52 @@ use stosszahl_results::CHECKPOINTS;
 
 const MAGIC: &[u8; 8] = b"STOSSZJ2";
 const HEADER: usize = 8 + 32;
-/// Length of the frame before a record \[bytes\].
+/// Length of the header before a record \[bytes\].
 const FRAME: usize = HASHED + 32;
-/// Length of the part of the frame that the hash covers \[bytes\].
+/// Length of the part of the header that the hash covers \[bytes\].
 const HASHED: usize = 8 + 8 + 8 + 32;
 
-/// Run that a journal belongs to. Each entry repeats it, so that entries of other journals are
-/// recognised.
+/// Identity of the run that a journal belongs to. Each entry repeats it, so that entries of other
+/// journals are detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct JournalOwner {
-    /// Fingerprint of the run and the point.
+    /// Fingerprint of the run and its sweep point.
     pub run: Fingerprint,
     /// Seed of the case.
     pub seed: u64,
 }
 
-/// Name of the journal in the folder of a point.
+/// Returns the file name of the journal in the folder of a point.
 pub(crate) fn name() -> String {
     format!("{CHECKPOINTS}/replicas.journal")
 }
 
-/// Name of the journal of one of several processes, in the folder of a point.
+/// Returns the file name of the journal of one of several processes, in the folder of a point.
 pub(crate) fn name_of(worker: &str) -> String {
     format!("{CHECKPOINTS}/replicas-{worker}.journal")
 }
 
-/// Replica number and its record.
+/// Entry of a journal: replica number and the bytes of its record.
 pub(crate) type JournalEntry = (u64, Vec<u8>);
 
-/// Journal of a point, open for appending.
+/// Journal of the finished replicas of a sweep point, open for appending.
 pub(crate) struct Journal {
     path: PathBuf,
     owner: JournalOwner,
     file: Mutex<Open>,
-    /// Longest time between two syncs to disk.
+    /// Longest time between two syncs of the journal to disk.
     interval: Duration,
 }
 
 struct Open {
     file: File,
-    /// End of the last entry \[bytes\].
+    /// Length of the journal up to the end of its last entry \[bytes\].
     end: u64,
     written: Instant,
 }
 
-/// Frame of a record: length, number, seed, fingerprint and hash.
-fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
+/// Builds the header of a record: length, replica number, seed, fingerprint and hash.
+fn record_header(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
     let mut frame = [0; FRAME];
     for (place, word) in [left.len() as u64, replica, owner.seed].iter().enumerate() {
         frame[8 * place..8 * place + 8].copy_from_slice(&word.to_le_bytes());
@@ -75,8 +75,9 @@ fn frame(owner: JournalOwner, replica: u64, left: &[u8]) -> [u8; FRAME] {
     frame
 }
 
-/// Parses a file. Returns its entries and the end of the last whole one, or the fault.
-fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
+/// Parses the bytes of a journal. Returns its entries and the end of the last whole one, or an
+/// error.
+fn parse_entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
     // A kill may have truncated the header.
     if bytes.len() < HEADER {
         return Ok((Vec::new(), 0));
@@ -87,12 +88,12 @@ fn entries(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usiz
     if bytes[8..HEADER] != owner.run {
         return Err(Wrong::Run);
     }
-    let (all, end) = frames(&bytes[HEADER..], owner)?;
+    let (all, end) = parse_frames(&bytes[HEADER..], owner)?;
     Ok((all, HEADER + end))
 }
 
-/// Parses consecutive entries. Returns them and the end of the last whole one, or the fault.
-fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
+/// Parses consecutive journal entries. Returns them and the end of the last whole one, or an error.
+fn parse_frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize), Wrong> {
     let (mut all, mut end) = (Vec::new(), 0);
     while let Some((head, rest)) = bytes[end..].split_at_checked(FRAME) {
         let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
@@ -105,7 +106,7 @@ fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize
             seed: word(16),
             run: std::array::from_fn(|byte| head[24 + byte]),
         };
-        if head != frame(found, replica, left) {
+        if head != record_header(found, replica, left) {
             return Err(Wrong::Hash(all.len()));
         }
         if found != owner {
@@ -117,7 +118,7 @@ fn frames(bytes: &[u8], owner: JournalOwner) -> Result<(Vec<JournalEntry>, usize
     Ok((all, end))
 }
 
-/// Fault of a journal.
+/// Error in the content of a journal.
 #[derive(Debug, PartialEq)]
 enum Wrong {
     Mark,
@@ -127,7 +128,7 @@ enum Wrong {
 }
 
 impl Wrong {
-    /// Converts the fault to the error of a file.
+    /// Converts the error to that of a file with a path.
     fn file_error(self, path: &Path, length: usize) -> SnapshotError {
         let path = path.to_owned();
         let (found, expected) = match self {
@@ -154,7 +155,7 @@ impl Wrong {
 }
 
 impl Journal {
-    /// Finds the journals in a folder.
+    /// Finds the journals of all processes in the folder of a point.
     pub(crate) fn find_all(folder: &Path) -> Vec<PathBuf> {
         let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
         let mut paths: Vec<PathBuf> = files.map(|entry| entry.path()).collect();
@@ -163,8 +164,8 @@ impl Journal {
         paths
     }
 
-    /// Reads the entries added to a journal since `offset` (0 for all), and returns its present
-    /// end. Another process may be appending to it, or have removed it.
+    /// Reads the entries added to a journal since `offset` (0 for all), and returns its current
+    /// length. Another process may be appending to it, or may have removed it.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -182,15 +183,15 @@ impl Journal {
         file.seek(SeekFrom::Start(offset)).map_err(failed)?;
         file.read_to_end(&mut bytes).map_err(failed)?;
         let read = if offset == 0 {
-            entries(&bytes, owner)
+            parse_entries(&bytes, owner)
         } else {
-            frames(&bytes, owner)
+            parse_frames(&bytes, owner)
         };
         let (all, end) = read.map_err(|wrong| wrong.file_error(path, bytes.len()))?;
         Ok((all, offset + end as u64))
     }
 
-    /// Reads all journals in the folder of a point: the record of each replica.
+    /// Reads all journals in the folder of a point, and returns the record of each replica.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -205,7 +206,7 @@ impl Journal {
         Ok(all)
     }
 
-    /// Opens the journal of a run with its entries, or creates it.
+    /// Opens the journal of a run and reads its entries, or creates it.
     ///
     /// # Errors
     /// [`SnapshotError`] if the file cannot be read or written, is damaged, or of another run.
@@ -225,7 +226,7 @@ impl Journal {
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
         let (all, end) =
-            entries(&bytes, owner).map_err(|wrong| wrong.file_error(path, bytes.len()))?;
+            parse_entries(&bytes, owner).map_err(|wrong| wrong.file_error(path, bytes.len()))?;
         file.set_len(end as u64).map_err(failed)?;
         if end == 0 {
             file.rewind().map_err(failed)?;
@@ -245,12 +246,12 @@ impl Journal {
         Ok((journal, all))
     }
 
-    /// Appends the record of a replica.
+    /// Appends the record of a replica to the journal.
     ///
     /// # Errors
     /// [`SnapshotError::File`].
     pub(crate) fn add(&self, replica: u64, left: &[u8]) -> Result<(), SnapshotError> {
-        let bytes = [&frame(self.owner, replica, left), left].concat();
+        let bytes = [&record_header(self.owner, replica, left), left].concat();
         let mut open = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         // Overwrites a truncated entry, which a full disk may have left.
         let place = SeekFrom::Start(open.end);
@@ -321,7 +322,7 @@ mod tests {
         for bit in 0..8 * whole.len() {
             let mut bytes = whole.clone();
             bytes[bit / 8] ^= 1 << (bit % 8);
-            match entries(&bytes, RUN) {
+            match parse_entries(&bytes, RUN) {
                 Err(_) => named += 1,
                 Ok((found, _)) => assert!(
                     found.len() < wanted.len() && found == wanted[..found.len()],

@@ -1,26 +1,30 @@
-//! The one judge: all tests that end in a verdict, and all of its words.
+//! Tests of equivalence and their wording: every comparison of a run becomes a verdict here.
 //!
 //! # One rule
 //!
-//! Each comparison has a margin, `verdict.tolerance` of the case, or `verdict.absolute_tolerance` for numbers that are zero under
-//! chaos, and a simultaneous interval of the difference ([`stosszahl_analysis::compare`]):
+//! Each comparison has a margin, `verdict.tolerance` of the case, or `verdict.absolute_tolerance`
+//! for numbers that are zero under chaos, and a simultaneous interval of the difference
+//! ([`stosszahl_analysis::compare`]):
 //!
 //! - *agree*: the whole interval lies inside the margin;
 //! - *differ*: the whole interval lies on one side of zero, or of the margin if the case asks for that;
 //! - *undecided*: all else. The sentence has the estimate, its error and the bound that holds.
 //!
-//! Errors come from few replicas, so all intervals are Student's, and sentences name the degrees of freedom. The chance of any false
-//! difference in all verdicts of a point is `verdict.family_wise_error_rate`; each verdict has an equal share of it, by Bonferroni
-//! ([`ReplicaRecords::level`](crate::measure::ReplicaRecords::level)). Over the points of a sweep the rate of false discoveries is controlled, when all are
-//! there (`stosszahl_report`). Within one verdict:
+//! Errors come from few replicas, so all intervals are Student's, and sentences name the degrees of
+//! freedom. The chance of any false difference in all verdicts of a point is
+//! `verdict.family_wise_error_rate`; each verdict has an equal share of it, by Bonferroni
+//! ([`ReplicaRecords::level`](crate::measure::ReplicaRecords::level)). Over the points of a sweep
+//! the rate of false discoveries is controlled, when all are there (`stosszahl_report`). Within one
+//! verdict:
 //!
 //! - *series over paired replicas* ([`ComparedPair`]) and *impact parameters* ([`impact_parameters`]): half of the level for the last time or
 //!   window, half for all others by the path of their statistics;
 //! - *points with errors against theory* ([`against_theory`]) and *profiles* ([`profiles`]): all together by Bonferroni;
 //! - *what a paper says of a number* ([`claims`]).
 //!
-//! A sentence states the number that was chosen before the run, the last one, where that decides. Otherwise it states the one whose
-//! interval is farthest from zero. The bound holds then; the estimate is too large, as it is the largest of many.
+//! A sentence states the number that was chosen before the run, the last one, where that decides.
+//! Otherwise it states the one whose interval is farthest from zero. The bound holds then; the
+//! estimate is too large, as it is the largest of many.
 
 use std::fmt::Display;
 
@@ -44,7 +48,7 @@ mod impact;
 mod points;
 mod words;
 
-/// Makes a verdict of this kind that states no compared number.
+/// Creates a verdict of a given kind without a compared number.
 pub fn verdict(
     topic: impl Into<String>,
     sentence: impl Into<String>,
@@ -58,17 +62,17 @@ pub fn verdict(
     }
 }
 
-/// Makes a note: a sentence for information, without a judgement.
+/// Creates a note: an informative sentence without a comparison.
 pub fn verdict_note(topic: impl Into<String>, sentence: impl Into<String>) -> VerdictText {
     verdict(topic, sentence, VerdictKind::Note)
 }
 
-/// Makes a warning: a sentence about a doubt in the results.
+/// Creates a warning: a sentence about a doubt in the results.
 pub fn warning(topic: impl Into<String>, sentence: impl Into<String>) -> VerdictText {
     verdict(topic, sentence, VerdictKind::Warning)
 }
 
-/// Turns a verdict into a void one, whose sentence begins with the reason.
+/// Turns a verdict into a void one, with a sentence that begins with the reason.
 pub fn void(found: VerdictText, reason: &str) -> VerdictText {
     VerdictText {
         sentence: format!("Void, for {reason}: {}", found.sentence),
@@ -77,12 +81,12 @@ pub fn void(found: VerdictText, reason: &str) -> VerdictText {
     }
 }
 
-/// Makes the warning that theory cannot be computed, with the reason.
+/// Creates the warning that theory cannot be computed, with the reason.
 pub fn no_theory(topic: impl Into<String>, error: &dyn Display) -> VerdictText {
     warning(topic, format!("Theory cannot be computed: {error}."))
 }
 
-/// Converts the outcome of a test to the kind of a verdict; higher and lower both differ.
+/// Converts the outcome of a comparison to the kind of a verdict; higher and lower both differ.
 pub fn kind_of(found: Test) -> VerdictKind {
     match found {
         Test::Agree => VerdictKind::Agree,
@@ -91,12 +95,13 @@ pub fn kind_of(found: Test) -> VerdictKind {
     }
 }
 
-/// Difference of two quantities at one time, or in one window or cell.
+/// Difference of two quantities at one time, or in one window or cell, with its interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Difference with its simultaneous confidence interval.
+    /// Difference with its confidence interval, simultaneous with all other findings of the
+    /// verdict.
     pub interval: Interval,
-    /// Time, window or cell in words: "at t = 20", "in the last half of the run".
+    /// Time, window or cell of the difference in words: "at t = 20", "in the last half of the run".
     pub place: String,
     /// Probability that the interval misses the true difference.
     pub level: f64,
@@ -120,26 +125,26 @@ fn farthest(findings: &[Finding], some: &[usize]) -> Option<usize> {
 /// windows.
 #[derive(Clone, Copy, Debug)]
 pub struct Comparison<'a> {
-    /// Topic of the verdict.
+    /// Topic of the verdict, such as a measure.
     pub topic: &'a str,
     /// Title of the first engine, as it begins a sentence.
     pub a: &'a str,
     /// Title of the second engine, or name of a theory.
     pub b: &'a str,
-    /// Name of the compared quantity, such as "energy".
+    /// Name of the compared quantity in words, such as "energy".
     pub quantity: &'a str,
-    /// Unit in which the difference is stated.
+    /// Unit in which the verdict states the difference.
     pub unit: DifferenceUnit,
-    /// Rule for a verdict; its level, the probability of a false alarm, is for all points together.
+    /// Decision rule; its error probability is for all points of the comparison together.
     pub rule: VerdictRule,
 }
 
-/// Relative difference below which two series are the same but for rounding.
+/// Relative difference below which two series count as equal except for rounding.
 const ROUNDING: f64 = 1e-6;
 
 impl Comparison<'_> {
-    /// Returns the verdict on findings in the order of time. The last is stated unless only earlier
-    /// ones differ; `all` names all of them in words. `None` without findings.
+    /// Decides the verdict on findings in the order of time. The sentence states the last, unless
+    /// only earlier ones differ; `all` names all of them in words. `None` without findings.
     pub fn judge(&self, findings: &[Finding], all: &str) -> Option<VerdictText> {
         let last = findings.len().checked_sub(1)?;
         let differ = self.differing(findings);
@@ -161,8 +166,8 @@ impl Comparison<'_> {
         self.say(findings, &differ, shown, [&since, all])
     }
 
-    /// Returns the verdict on findings without an order in time, such as cells: the largest
-    /// difference is stated, and `all` names all of them in words.
+    /// Decides the verdict on findings without an order in time, such as cells. The sentence states
+    /// the largest difference; `all` names all of them in words.
     pub fn at_places(&self, findings: &[Finding], all: &str) -> Option<VerdictText> {
         let differ = self.differing(findings);
         let every: Vec<usize> = (0..findings.len()).collect();
@@ -277,12 +282,12 @@ impl Comparison<'_> {
     }
 }
 
-/// Times or span of the compared values.
+/// Times, or a single time span, of the compared values.
 #[derive(Clone, Copy, Debug)]
 pub enum Places<'a> {
     /// Times of the values, in the unit of time of the case.
     Times(&'a [f64]),
-    /// Single time span in words, such as "in the last half of the run".
+    /// Single time span of the values in words, such as "in the last half of the run".
     Span(&'a str),
 }
 
@@ -295,24 +300,24 @@ impl Places<'_> {
     }
 }
 
-/// Comparison of two engines in one quantity, replica by replica.
+/// Comparison of two engines in one quantity, over paired replicas.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparedPair<'a> {
-    /// Comparison of two quantities, with a relative margin.
+    /// Engines, quantity and decision rule, with a relative margin.
     pub comparison: Comparison<'a>,
-    /// Times or span of the compared values.
+    /// Times, or a single time span, of the compared values.
     pub places: Places<'a>,
 }
 
 impl ComparedPair<'_> {
-    /// Returns the verdict on values of replicas: `pairs` holds, for each point, the pairs (a, b)
-    /// of all replicas; `None` without points.
+    /// Decides the verdict on paired values: `pairs` holds, for each time, the values (a, b) of all
+    /// replicas. `None` without times.
     pub fn judge(&self, pairs: &[Vec<(f64, f64)>]) -> Option<VerdictText> {
         self.judge_quotients(&quotients(pairs, &self.comparison.rule))
     }
 
-    /// Returns the verdict on quotients of two engines that have their intervals already, one for
-    /// each time.
+    /// Decides the verdict on quotients a/b of two engines that already have confidence intervals,
+    /// one for each time.
     pub fn judge_quotients(&self, found: &[Quotient]) -> Option<VerdictText> {
         let level = self.comparison.rule.level;
         let level = if found.len() > 1 { 0.5 * level } else { level };
@@ -332,8 +337,8 @@ impl ComparedPair<'_> {
     }
 }
 
-/// Returns the kind of several verdicts together: differ if any differs, else undecided if any is
-/// undecided, else agree.
+/// Combines several verdict kinds: differ if any differs, else undecided if any is undecided, else
+/// agree.
 pub fn together(kinds: impl IntoIterator<Item = VerdictKind>) -> VerdictKind {
     kinds
         .into_iter()
@@ -349,9 +354,9 @@ fn rank(kind: VerdictKind) -> u8 {
     }
 }
 
-/// Tests whether a quantity still changes at the end of the run. `pairs` holds two averages of each
-/// replica: over the quarter before the last, and over the last. Returns a warning if their
-/// logarithms differ at this level.
+/// Tests whether a quantity still changes at the end of the run, and returns a warning if so.
+/// `pairs` holds two averages of each replica: over the third and over the last quarter. Their
+/// logarithms are compared at the error probability `level`.
 pub fn still_moving(
     topic: impl Into<String>,
     subject: &str,
@@ -370,7 +375,7 @@ pub fn still_moving(
     })
 }
 
-/// Returns the verdict on a quantity that should be conserved. `worst` is its largest relative
+/// Decides the verdict on a quantity that should be conserved. `worst` is its largest relative
 /// change, and `limit` the largest change by rounding.
 pub fn is_kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) -> VerdictText {
     let (said, kind) = if worst <= limit {
@@ -383,8 +388,8 @@ pub fn is_kept(topic: impl Into<String>, subject: &str, worst: f64, limit: f64) 
     verdict(topic, sentence, kind)
 }
 
-/// Returns the warning of a start that is not equilibrated; `bad` holds replicas with the tests
-/// that failed. `None` if it is empty.
+/// Creates the warning about starts that are not equilibrated; `bad` lists replicas with the tests
+/// that failed. `None` if the list is empty.
 pub fn start(bad: &[(u64, String)]) -> Option<VerdictText> {
     let (replica, why) = bad.first()?;
     let more = match bad.len() {

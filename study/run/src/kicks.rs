@@ -1,30 +1,30 @@
-//! Kicks of a thermal bath, by the particles of an engine.
+//! Random kicks of a thermal bath (white noise or Langevin), applied to the particles of an engine.
 
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Bath, Failure, Simulation, SizeDistribution};
 
 use crate::plan::{CasePlan, PlanError};
 
-/// Bath of one replica. All of its engines draw the same kicks.
+/// Thermal bath of one replica, whose kicks are equal for all engines.
 pub(crate) struct StochasticDrive {
     bath: Bath,
-    /// Time between two kicks, in the unit of time of the case.
+    /// Time between two kicks of the bath, in the unit of time of the case.
     interval: f64,
     masses: Masses,
     dimension: usize,
     streams: Streams,
 }
 
-/// Masses of the particles by index.
+/// Masses of the particles by index, from which kicks are scaled.
 enum Masses {
     Equal(f64),
     Each(Vec<f64>),
-    /// Masses read from the engine at each kick, because particles come and go.
+    /// Masses are read from the engine at each kick, because particles come and go.
     Changing,
 }
 
 impl StochasticDrive {
-    /// Creates the bath of a case, if it has one.
+    /// Creates the thermal bath of a case; `None` if the case has none.
     pub(crate) fn new(plan: &CasePlan, streams: Streams) -> Result<Option<Self>, PlanError> {
         let Some((bath, interval)) = plan.bath()? else {
             return Ok(None);
@@ -46,12 +46,13 @@ impl StochasticDrive {
         }))
     }
 
-    /// Time of a kick by its number, in the unit of time of the case: the middle of its interval.
+    /// Returns the time of a kick by its number, in the unit of time of the case: the middle of its
+    /// interval.
     pub(crate) fn time(&self, number: u64) -> f64 {
         (number as f64 + 0.5) * self.interval
     }
 
-    /// Applies the kick of this number to all particles of an engine.
+    /// Applies the kick with this number to all particles of an engine.
     pub(crate) fn act(&self, gas: &mut dyn Simulation, number: u64) -> Result<(), Failure> {
         if let Some(factor) = self.bath.damping() {
             gas.scale_velocities(factor)?;

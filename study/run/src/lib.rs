@@ -1,4 +1,4 @@
-//! Runs of cases: from a case file to a results folder, for every kind of case.
+//! Runs of cases: from a case file to a results folder, for every kind of gas and engine.
 //!
 //! * [`plan`] derives all quantities of a case, once.
 //! * [`start`] makes the initial state of a replica, [`engines`] the engines that run from it.

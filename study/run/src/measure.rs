@@ -1,4 +1,4 @@
-//! Measurements: the traits [`Measure`] and [`Probe`]. A new measurement is one file in
+//! Traits of measurements: [`Measure`] and [`Probe`]. A new measurement is one file in
 //! [`crate::measures`] and one line in its list.
 //!
 //! A [`Measure`] is the description: its name in case files, options, sample times, tables and
@@ -19,31 +19,31 @@ use crate::judge::VerdictRule;
 use crate::plan::{CasePlan, EnginePlan};
 use crate::power::ReplicaSpread;
 
-/// Description of a measurement.
+/// Description of a measurement: its name, options, sample times, tables and verdicts.
 pub trait Measure: Sync {
-    /// Name of the measure: the table `[measure.NAME]` of a case file requests it and holds its
-    /// options.
+    /// Returns the name of the measure: the table `[measure.NAME]` of a case file requests it and
+    /// holds its options.
     fn name(&self) -> &'static str;
 
-    /// Measured quantity in one sentence.
+    /// Describes the measured quantity in one sentence.
     fn about(&self) -> &'static str;
 
-    /// JSON Schema of the options.
+    /// Returns the JSON Schema of the measure's options.
     fn options_schema(&self) -> schemars::Schema;
 
-    /// Reads the options of a case.
+    /// Parses the measure's options in a case, to check them.
     ///
     /// # Errors
     /// [`BadOption`] names the first key that cannot be read.
     fn read_options(&self, plan: &CasePlan) -> Result<(), BadOption>;
 
-    /// Returns true if the measure is made in this case even if the case does not name it.
+    /// Returns true if the measure is made by default, without a table in the case.
     fn by_default(&self, _plan: &CasePlan) -> bool {
         false
     }
 
-    /// Returns true if the measure supports a uniform shear flow, where velocities are relative to
-    /// the flow and images move.
+    /// Returns true if the measure supports a uniform shear flow, in which velocities are relative
+    /// to the flow and periodic images move.
     fn knows_shear(&self) -> bool {
         false
     }
@@ -56,56 +56,58 @@ pub trait Measure: Sync {
         self.read_options(plan)
     }
 
-    /// Sample times of the probe, in the unit of time of the case, in any order.
+    /// Returns the sample times of the probe, in the unit of time of the case, in any order.
     fn sample_times(&self, _plan: &CasePlan) -> Vec<f64> {
         Vec::new()
     }
 
-    /// Data that engines must keep for the probe, in addition to read access to particles.
+    /// Returns the data that engines must keep for the probe, in addition to read access to
+    /// particles.
     fn engine_needs(&self, _plan: &CasePlan) -> Needs {
         Needs::default()
     }
 
-    /// Final memory of the probe's record per particle or simulator \[bytes\].
+    /// Returns the final memory of the probe's record per particle or simulator \[bytes\].
     fn kept_per_particle(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
-    /// Part of the final memory per particle or simulator that the last sample adds, after all
-    /// other samples \[bytes\].
+    /// Returns the part of the final memory per particle or simulator that the last sample adds,
+    /// after all other samples \[bytes\].
     fn kept_last_per_particle(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
-    /// Memory of the probe's record per sample that does not depend on the number of particles
-    /// \[bytes\]; it counts for measures with many samples.
+    /// Returns the memory of the probe's record per sample that does not depend on the number of
+    /// particles \[bytes\]; it matters for measures with many samples.
     fn kept_per_look(&self, _plan: &CasePlan) -> f64 {
         64.0
     }
 
-    /// Further final memory of the probe's record, in addition to the memory per particle and per
-    /// sample: histograms, cells and rows \[bytes\]. It is 0 where it is small.
+    /// Returns the further final memory of the probe's record, in addition to that per particle and
+    /// per sample: histograms, cells and rows \[bytes\]. It is 0 if it is small.
     fn kept_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
-    /// Returns true if the probe needs all particles gathered. Most reduce them where they are.
+    /// Returns true if the probe needs all particles gathered in one process. Most probes use
+    /// reductions over particles instead.
     fn gathers_particles(&self, _plan: &CasePlan) -> bool {
         false
     }
 
-    /// Memory that the probe needs only while it samples \[bytes\].
+    /// Returns the memory that the probe needs only while it samples \[bytes\].
     fn working_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
-    /// Memory of the figures in the report, where it may be large \[bytes\].
+    /// Returns the memory of the measure's figures in the report, if it may be large \[bytes\].
     fn figure_bytes(&self, _plan: &CasePlan) -> f64 {
         0.0
     }
 
-    /// Collisions in companion gases that the probe simulates while it samples, over the collisions
-    /// of the engine: extra work that the engine's own collisions do not show.
+    /// Returns the collisions in companion gases that the probe simulates while it samples, over
+    /// those of the engine: work in addition to the engine's own.
     fn companion_share(&self, _plan: &CasePlan, _engine: &EnginePlan) -> f64 {
         0.0
     }
@@ -122,12 +124,13 @@ pub trait Measure: Sync {
         Box::new(SampleProbe::new((), |(), _| {}))
     }
 
-    /// Tables over all engines and replicas.
+    /// Builds the tables of the measure over all engines and replicas.
     fn result_tables(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<Table> {
         Vec::new()
     }
 
-    /// Snapshot files of all particles at chosen times, each with its description in the manifest.
+    /// Returns the snapshot files of all particles at chosen times, each with its entry in the
+    /// manifest.
     fn snapshot_files(
         &self,
         _plan: &CasePlan,
@@ -136,23 +139,25 @@ pub trait Measure: Sync {
         Vec::new()
     }
 
-    /// Frames for the player of the report.
+    /// Returns the particle frames for the player of the report.
     fn player_frames(&self, _plan: &CasePlan, _runs: &ReplicaRecords<'_>) -> Vec<FrameFile> {
         Vec::new()
     }
 
-    /// Largest number of verdicts that test a comparison; they share the false-alarm probability of
-    /// the case.
+    /// Returns the largest number of verdicts of the measure that test a comparison; all such
+    /// verdicts share the error probability of the case.
     fn test_count(&self, _plan: &CasePlan) -> usize {
         0
     }
 
-    /// Spread of the compared quantities over replicas, as far as it is known before a run.
+    /// Returns the spread of the compared quantities over replicas, as far as it is known before a
+    /// run.
     fn quantity_spreads(&self, _plan: &CasePlan) -> Vec<ReplicaSpread> {
         Vec::new()
     }
 
-    /// Verdicts, the most important first. `tables` are the tables of this measure.
+    /// Decides the verdicts of the measure, the most important first. `tables` are the tables of
+    /// this measure.
     fn result_verdicts(
         &self,
         _plan: &CasePlan,
@@ -163,82 +168,83 @@ pub trait Measure: Sync {
     }
 }
 
-/// Animation frames of one engine, and their file.
+/// File of particle frames of one engine, for the player of the report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameFile {
-    /// Name of the engine.
+    /// Name of the engine whose particles the frames show.
     pub engine: String,
-    /// Path of the file, relative to the results folder.
+    /// Path of the frames file, relative to the results folder.
     pub file: String,
-    /// Frames, in the order of time.
+    /// Particle frames in the order of time.
     pub frames: Vec<ParticleFrame>,
 }
 
-/// Data that an engine must keep for measurements.
+/// Data that an engine must keep for measurements, such as displacements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
-    /// True if displacements must be tracked.
+    /// True if displacements of particles must be tracked.
     pub displacements: bool,
-    /// Number of particles of each species whose whole trajectories are kept, in gases without
+    /// Number of particles of each species whose whole trajectories are stored, in gases without
     /// positions.
     pub trajectories: usize,
 }
 
-/// Error of a measure's option.
+/// Error of an option of a measure: its key and the allowed values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{key}: {allowed}")]
 pub struct BadOption {
-    /// Key below the table of the measure; empty for the table itself.
+    /// Key of the option inside the table of the measure; empty for the table itself.
     pub key: String,
-    /// Allowed values.
+    /// Description of the allowed values.
     pub allowed: String,
 }
 
-/// Measurement on one engine of one replica.
+/// Measurement on one engine of one replica: it observes collisions, samples the gas and keeps a
+/// record.
 pub trait Probe: Send {
     /// Returns the observer of collisions; `None` if the probe needs none.
     fn collision_observer(&mut self) -> Option<&mut dyn Observer> {
         None
     }
 
-    /// Begins the measurement: called once with the gas at the start, before the engine moves.
+    /// Begins the measurement: called once with the gas at the start, before the engine advances.
     fn on_start(&mut self, _moment: &mut SampleContext<'_>) {}
 
-    /// Handles a stop of the run: called before the samples at each sample time of any measure, and
-    /// after each kick.
+    /// Handles a stop of the run. It is called before the samples at each sample time of any
+    /// measure, and after each kick.
     fn on_stop(&mut self, _stop: &RunStop) {}
 
     /// Samples the gas: called at each sample time of the measure, and only there.
     fn on_sample(&mut self, _moment: &mut SampleContext<'_>) {}
 
-    /// Serializes the record so far, for a checkpoint.
+    /// Serializes the probe's record so far, for a checkpoint.
     ///
     /// # Errors
     /// If serialization fails, which is an error of the program.
     fn save_record(&self) -> Result<Vec<u8>, postcard::Error>;
 
-    /// Restores the record from a checkpoint.
+    /// Restores the probe's record from a checkpoint.
     ///
     /// # Errors
     /// If the bytes cannot be read: the checkpoint is damaged.
     fn load_record(&mut self, bytes: &[u8]) -> Result<(), postcard::Error>;
 
-    /// Returns the record, for [`ReplicaRecords::records_of`].
+    /// Returns the probe's record, for [`ReplicaRecords::records_of`].
     fn record(&self) -> &dyn Any;
 }
 
-/// Stop of a run at a sample time or after a kick.
+/// Stop of an engine run, at a sample time or after a kick of the bath.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunStop {
     /// Time of the stop \[engine time\].
     pub time: f64,
-    /// Granular temperature of the gas, by [`Simulation::temperature`] \[energy\].
+    /// Granular temperature of the gas at the stop, by [`Simulation::temperature`] \[energy\].
     pub temperature: f64,
-    /// Temperature before the kick, if the stop follows one \[energy\].
+    /// Granular temperature before the kick, if the stop follows one \[energy\].
     pub kicked_from: Option<f64>,
 }
 
-/// Reads the options of a measure from its table, or the defaults.
+/// Parses the options of a measure from its table in the case; defaults without a table.
 ///
 /// # Errors
 /// [`BadOption`] names the first key that cannot be read.
@@ -264,7 +270,7 @@ pub fn options<O: DeserializeOwned>(plan: &CasePlan, name: &str) -> Result<O, Ba
     })
 }
 
-/// Returns the options of a measure that were checked before.
+/// Returns the options of a measure, which were checked before.
 pub fn chosen<O: DeserializeOwned + Default>(plan: &CasePlan, name: &str) -> O {
     options(plan, name).unwrap_or_default()
 }
@@ -274,14 +280,14 @@ pub fn chosen<O: DeserializeOwned + Default>(plan: &CasePlan, name: &str) -> O {
 #[serde(deny_unknown_fields, default)]
 pub struct NoOptions {}
 
-/// Fraction of the replicas after the first that a measure samples.
+/// Returns the share of the replicas after the first that a measure samples.
 pub(crate) fn share_of_others(measure: &dyn Measure, plan: &CasePlan) -> f64 {
     let others = 1..plan.case.replicas;
     let all = others.clone().count().max(1);
     others.filter(|&one| measure.looks_at(plan, one)).count() as f64 / all as f64
 }
 
-/// Work of an engine together with companion gases of its measures, over its own work: for the
+/// Computes the work of an engine with companion gases of its measures, over its own work: for the
 /// first replica, and on average for each further one.
 pub(crate) fn work_with_companions(
     measures: &[&'static dyn Measure],
@@ -298,7 +304,7 @@ pub(crate) fn work_with_companions(
     })
 }
 
-/// Refuses a measure, or one of its options, with the allowed values.
+/// Returns an error for a measure or one of its options, with the allowed values, unless `good`.
 ///
 /// # Errors
 /// [`BadOption`] unless `good`.
@@ -357,7 +363,7 @@ macro_rules! keeps_record {
 }
 pub(crate) use keeps_record;
 
-/// Probe that only samples: at the times of its measure and, on request, at the start.
+/// Probe that only samples, at the times of its measure and, on request, at the start.
 pub struct SampleProbe<R, F> {
     record: R,
     look: F,
@@ -365,7 +371,7 @@ pub struct SampleProbe<R, F> {
 }
 
 impl<R, F: FnMut(&mut R, &mut SampleContext<'_>) + Send> SampleProbe<R, F> {
-    /// Creates a recorder with an empty record and the function that adds a sample to it.
+    /// Creates a probe with an empty record; the function `look` adds a sample to it.
     pub fn new(record: R, look: F) -> Self {
         Self {
             record,
@@ -374,7 +380,7 @@ impl<R, F: FnMut(&mut R, &mut SampleContext<'_>) + Send> SampleProbe<R, F> {
         }
     }
 
-    /// Creates a recorder that also samples the start of the run.
+    /// Creates a probe that also samples the gas at the start of the run.
     pub fn from_start(record: R, look: F) -> Self {
         Self {
             from_start: true,
@@ -401,24 +407,24 @@ where
     keeps_record!();
 }
 
-/// Sample of a run: the gas at one time, with quantities computed once for all probes.
+/// Context of a sample: the gas at one time, with quantities that are computed once for all probes.
 pub struct SampleContext<'a> {
     /// Time of the sample, in the unit of time of the case.
     pub time: f64,
     /// Number of the replica, from 0.
     pub replica: u64,
-    /// Gas to be sampled.
+    /// Simulation of the gas to be sampled.
     pub simulation: &'a mut dyn Simulation,
     /// Kinetic energy added by a thermostat since the start \[energy\].
     pub heated: f64,
-    /// Flag that ends long work; the sample is then discarded.
+    /// Interrupt that ends a long sample, which is then discarded.
     pub interrupt: Interrupt,
     particles: OnceCell<Particles>,
     moments: OnceCell<VelocityMoments>,
 }
 
 impl<'a> SampleContext<'a> {
-    /// Creates a sample of the first replica.
+    /// Creates the context of a sample of replica 0.
     pub fn new(time: f64, simulation: &'a mut dyn Simulation) -> Self {
         Self {
             time,
@@ -431,7 +437,7 @@ impl<'a> SampleContext<'a> {
         }
     }
 
-    /// Sets the moments of the velocities, so that they are not computed again.
+    /// Sets the moments of the velocities, which are then not computed again.
     #[must_use]
     pub(crate) fn with_moments(self, moments: VelocityMoments) -> Self {
         Self {
@@ -440,44 +446,44 @@ impl<'a> SampleContext<'a> {
         }
     }
 
-    /// All particles, gathered once for all probes.
+    /// Returns all particles, gathered once for all probes.
     pub fn particles(&self) -> &Particles {
         self.particles.get_or_init(|| self.simulation.particles())
     }
 
-    /// Moments of the velocities, computed once for all probes.
+    /// Returns the moments of the velocities, computed once for all probes.
     pub fn moments(&self) -> &VelocityMoments {
         self.moments
             .get_or_init(|| self.simulation.velocity_moments())
     }
 
-    /// Granular temperature \[energy\].
+    /// Returns the granular temperature of the gas \[energy\].
     pub fn temperature(&self) -> f64 {
         self.moments().temperature(self.simulation.dimension())
     }
 }
 
-/// Results of one engine of one replica.
+/// Result of one engine of one replica: the probes with their records, and the cost.
 pub struct CompletedRun {
-    /// Probes of the measures of the case, in their order.
+    /// Probes of the run, in the order of the measures of the case.
     pub probes: Vec<Box<dyn Probe>>,
-    /// Counters of the work done.
+    /// Work counters of the engine at the end.
     pub work: stosszahl_model::WorkCounters,
-    /// Largest memory of the engine \[bytes\].
+    /// Largest memory of the engine during the run \[bytes\].
     pub bytes: usize,
     /// Computing time of the run \[s\].
     pub seconds: f64,
 }
 
 impl CompletedRun {
-    /// Record of this type that some measure keeps; `None` if that measure is not made.
+    /// Returns the record of the type `R` that some probe keeps; `None` if its measure is not made.
     pub fn record<R: 'static>(&self) -> Option<&R> {
         let mut records = self.probes.iter().map(|probe| probe.record());
         records.find_map(|record| record.downcast_ref())
     }
 }
 
-/// Returns the decision rule of a case at this level and margin.
+/// Returns the decision rule of a case with a given error probability and margin.
 fn rule(plan: &CasePlan, level: f64, margin: f64) -> VerdictRule {
     let differ_beyond = match plan.case.verdict.differ_beyond {
         DifferBeyond::Zero => 0.0,
@@ -490,29 +496,30 @@ fn rule(plan: &CasePlan, level: f64, margin: f64) -> VerdictRule {
     }
 }
 
-/// Results of all engines and replicas, as one measure sees them.
+/// Records of all engines and replicas, as one measure uses them.
 pub struct ReplicaRecords<'a> {
-    /// Index of the measure among the measures of the case.
+    /// Index of this measure among the measures of the case.
     pub measure: usize,
-    /// False-alarm probability of each verdict: an equal share of `verdict.family_wise_error_rate`,
-    /// by Bonferroni over all verdicts of the point.
+    /// Error probability of each verdict: an equal share of `verdict.family_wise_error_rate`, by
+    /// Bonferroni over all verdicts of the point.
     pub level: f64,
-    /// Results by engine, then by replica.
+    /// Finished runs by engine, then by replica.
     pub finished: &'a [Vec<CompletedRun>],
 }
 
 impl<'a> ReplicaRecords<'a> {
-    /// Decision rule for relative differences.
+    /// Returns the decision rule for relative differences.
     pub fn rule(&self, plan: &CasePlan) -> VerdictRule {
         rule(plan, self.level, plan.case.verdict.tolerance)
     }
 
-    /// Decision rule for numbers that vanish under molecular chaos, in their own unit.
+    /// Returns the decision rule for numbers that vanish under molecular chaos, in their own unit.
     pub fn absolute_rule(&self, plan: &CasePlan) -> VerdictRule {
         rule(plan, self.level, plan.case.verdict.absolute_tolerance)
     }
 
-    /// Records of all replicas of an engine, by its position in the plan.
+    /// Returns this measure's records of all replicas of an engine, by the engine's index in the
+    /// plan.
     ///
     /// # Panics
     /// If the probe keeps another type of record, which is an error of the program.
@@ -523,7 +530,7 @@ impl<'a> ReplicaRecords<'a> {
             .collect()
     }
 
-    /// Returns the engines with the records of their replicas.
+    /// Returns each engine of the plan with this measure's records of its replicas.
     pub fn each<'p, R: 'static>(
         &self,
         plan: &'p CasePlan,
@@ -532,7 +539,8 @@ impl<'a> ReplicaRecords<'a> {
         engines.map(|(index, engine)| (engine, self.records(index)))
     }
 
-    /// Records of this type over all replicas of an engine; empty if no measure keeps them.
+    /// Returns the records of the type `R` of all replicas of an engine; empty if no measure keeps
+    /// them.
     pub fn records_of<R: 'static>(&self, engine: usize) -> Vec<&'a R> {
         let finished = self.finished.get(engine).into_iter().flatten();
         finished.filter_map(CompletedRun::record).collect()

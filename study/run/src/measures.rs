@@ -1,4 +1,4 @@
-//! All measurements: one file each, and one line here.
+//! List of all measurements; each has a file of its own in this folder.
 
 mod boundaries;
 mod checks;
@@ -60,10 +60,10 @@ pub(crate) use gas_series::GasSeries;
 pub use snapshots::extended_xyz;
 pub(crate) use structure_factor::last_structure_factor;
 
-/// Sums over one species at one time, in the records of series \[bytes\].
+/// Memory of the sums over one species at one time, in the records of time series \[bytes\].
 const KEPT_PER_SPECIES: f64 = 80.0;
 
-/// All measures, in the order of tables and reports.
+/// All measures of the program, in the order of tables and reports.
 pub const ALL: &[&dyn Measure] = &[
     &energy::EnergyMeasure,
     &checks::TheoryComparison,
@@ -91,14 +91,14 @@ pub const ALL: &[&dyn Measure] = &[
     &frames::FrameMeasure,
     &error_budget::ErrorBudget,
 ];
-/// Returns times in equal factors from the first sample on, in the unit of time of the case; the
-/// last is exactly `until`.
+/// Returns sample times in equal factors from the first sample on, in the unit of time of the case;
+/// the last is exactly `until`.
 pub(crate) fn grid(plan: &CasePlan, until: f64) -> impl Iterator<Item = f64> + use<> {
     logarithmic(plan.first_sample(), until, plan.samples_per_decade())
 }
 
-/// Creates an empty reduction of the kind that the root process requests by name; `empty` holds its
-/// options. All kinds that measures use are known.
+/// Creates an empty particle reduction by the name with which the root process requests it; `empty`
+/// holds its serialized options.
 pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn DynReduction>> {
     let kinds: [ReductionFactory; 11] = [
         sum::restore_reduction::<VelocityMoments>,
@@ -116,7 +116,8 @@ pub(crate) fn sum(name: &str, empty: &[u8]) -> Option<Box<dyn DynReduction>> {
     kinds.iter().find_map(|made| made(name, empty))
 }
 
-/// Refuses engines whose simulators come and go.
+/// Returns an error if the simulators of an engine come and go, so that their indices are not
+/// permanent.
 pub(crate) fn require_kept(plan: &CasePlan) -> Result<(), BadOption> {
     let weighted = |engine: &&EnginePlan| engine.weights != SimulatorWeights::uniform();
     let Some(name) = plan.engines.iter().find(weighted).map(|engine| engine.name) else {
@@ -127,18 +128,18 @@ pub(crate) fn require_kept(plan: &CasePlan) -> Result<(), BadOption> {
     measure::require(false, "", allowed)
 }
 
-/// Meaning of the column `parts` of averages over time.
+/// Meaning of the table column `parts` of time averages, for documentation.
 const PARTS: &str = "Independent parts of the runs behind the errors, at least: blocks of time, or replicas where no blocks are long enough; \
                      intervals are Student's with one degree of freedom less";
 
-/// Smallest number of independent parts of the runs behind the standard errors of some averages
-/// over time.
+/// Returns the smallest number of independent parts of the runs behind the standard errors of some
+/// averages over time.
 fn fewest_parts<'a>(averages: impl IntoIterator<Item = &'a TableEstimate>) -> usize {
     let parts = averages.into_iter().filter_map(|one| one.replicas);
     parts.min().unwrap_or(1)
 }
 
-/// Mean and standard error over replicas; replicas without a finite value are left out.
+/// Computes mean and standard error over replicas; replicas without a finite value are left out.
 pub fn mean_over_replicas(values: impl IntoIterator<Item = Option<f64>>) -> TableEstimate {
     let known: Vec<f64> = values
         .into_iter()

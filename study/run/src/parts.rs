@@ -1,5 +1,5 @@
-//! Run in parts, each in its own results folder, and their merge: for machines without a shared
-//! folder.
+//! Runs in parts (`--part K/N`), each in a results folder of its own, and their merge, for machines
+//! without a shared folder.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -20,17 +20,17 @@ use crate::run::options::RunOptions;
 use crate::run::summary::RunSummary;
 use crate::run::{Opened, prepare, require_memory_of_each, run_ids};
 
-/// Name of the file that describes a part.
+/// Name of the file that describes the part in a results folder.
 const PART_FILE: &str = "part.json";
-/// Largest number of replicas that a message names.
+/// Largest number of replicas that an error message lists.
 const NAMED: usize = 5;
 
-/// Part of a run: number K of N.
+/// Part of a run: number K of N parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunPart {
-    /// Number of the part, from 1.
+    /// Number K of this part of the run, from 1.
     pub number: u32,
-    /// Number of parts.
+    /// Number N of parts into which the run is cut.
     pub of: u32,
 }
 
@@ -56,7 +56,7 @@ impl fmt::Display for RunPart {
     }
 }
 
-/// Results of a part.
+/// Summary of a finished part: its folder and replicas.
 #[derive(Clone, Debug)]
 pub struct PartSummary {
     /// Results folder of the part, without tables.
@@ -67,7 +67,7 @@ pub struct PartSummary {
     pub all: usize,
 }
 
-/// Case of a part, stored so that it can be merged without its case file.
+/// Case of a part, stored in its folder so that it can be merged without the case file.
 #[derive(Debug, Serialize, Deserialize)]
 struct PartCase {
     part: RunPart,
@@ -76,8 +76,8 @@ struct PartCase {
     settings: Vec<String>,
 }
 
-/// Runs the replicas of one part of a case into a results folder. `settings`: overrides that were
-/// applied to the case file. Replicas of all points are dealt out in turn.
+/// Runs the replicas of one part of a case into a results folder. `settings` are the overrides that
+/// were applied to the case file. Replicas of all points are dealt out in turn.
 ///
 /// # Errors
 /// As [`crate::run_case`].
@@ -145,7 +145,7 @@ pub fn run_part(
     })
 }
 
-/// Reads the case of a part.
+/// Reads the case that is stored in the folder of a part.
 ///
 /// # Errors
 /// [`RunError::Incomplete`] if the folder does not hold a part; [`RunError::Case`] if its case is
@@ -163,7 +163,7 @@ pub fn read_part(folder: &Path) -> Result<CaseFile, RunError> {
     Ok(format().from_text(&case.path, &case.text, &case.settings)?)
 }
 
-/// Merges the parts of a run into a results folder; the tables have the bytes of
+/// Merges the parts of a run into one results folder; the tables have the bytes of
 /// [`crate::run_case`].
 ///
 /// # Errors

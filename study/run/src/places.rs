@@ -1,4 +1,5 @@
-//! Random sequential placement of particles in a box, outside walls and obstacles.
+//! Random sequential placement of particles in a box, outside walls and obstacles, with a cell list
+//! for overlaps.
 
 use rand::{Rng, RngExt};
 use stosszahl_model::{Interrupt, Space, Vector};
@@ -6,21 +7,21 @@ use stosszahl_model::{Interrupt, Space, Vector};
 use crate::plan::{Confinement, Region};
 use crate::start::error::{PlacementFailed, StartError};
 
-/// Exclusion rule of initial positions, between particles and at walls.
+/// Exclusion rule for initial positions: between particles, and at walls and obstacles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExclusionRule {
-    /// Point particles: anywhere in the box outside obstacles.
+    /// Point particles: their centres lie anywhere in the box outside obstacles.
     Points,
-    /// Particles that overlap neither walls nor obstacles.
+    /// Particles that overlap neither walls nor obstacles, but may overlap each other.
     Surfaces,
     /// Particles that overlap neither walls nor obstacles nor each other.
     Grains,
 }
 
-/// Largest number of trial positions for one particle.
+/// Largest number of trial positions for placing one particle.
 const MOST_TRIALS: usize = 1_000_000;
 
-/// Positions of the particles placed so far, in a grid of cells.
+/// Random placement in progress: positions of the particles placed so far, in a cell list.
 pub(crate) struct RandomPlacement<'a, S: Space> {
     radii: &'a [f64],
     confinement: &'a Confinement<S>,
@@ -33,7 +34,7 @@ pub(crate) struct RandomPlacement<'a, S: Space> {
 }
 
 impl<'a, S: Space> RandomPlacement<'a, S> {
-    /// Creates an empty box, or a region of one, for particles of these radii.
+    /// Creates an empty placement in a box, or in a region of it, for particles with given radii.
     pub(crate) fn new(
         radii: &'a [f64],
         confinement: &'a Confinement<S>,
@@ -66,7 +67,8 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
         }
     }
 
-    /// Draws a position for each particle, the largest first, since later they would find none.
+    /// Draws a position for each particle, the largest particles first, while there is space for
+    /// them.
     pub(crate) fn place_all(
         mut self,
         stream: &mut impl Rng,
@@ -110,7 +112,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
             }
             let mut trial = S::Vector::default();
             for axis in 0..S::DIMENSION {
-                let [low, high] = self.span(axis, radius);
+                let [low, high] = self.centre_range(axis, radius);
                 trial[axis] = low + (high - low) * stream.random::<f64>();
             }
             if self.is_free(trial, radius) {
@@ -129,8 +131,8 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
         }))
     }
 
-    /// Range of the centre of a particle along an axis \[length\].
-    fn span(&self, axis: usize, radius: f64) -> [f64; 2] {
+    /// Returns the range of the centre of a particle along an axis \[length\].
+    fn centre_range(&self, axis: usize, radius: f64) -> [f64; 2] {
         let edge = |side: usize| self.clearance(axis, side, radius);
         let (low, high) = (edge(0), self.size[axis] - edge(1));
         let Some(region) = self.region else {
@@ -145,7 +147,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
         [inner[0].max(low), inner[1].min(high)]
     }
 
-    /// Smallest distance of the centre of a particle from a face \[length\].
+    /// Returns the smallest allowed distance of a particle's centre from a face \[length\].
     fn clearance(&self, axis: usize, side: usize, radius: f64) -> f64 {
         let wall = self.confinement.walls.wall(axis, side);
         match (wall, self.room) {

@@ -1,4 +1,4 @@
-//! One point of a run: from the results of its replicas to tables, verdicts and the manifest.
+//! One sweep point of a run: from the results of its replicas to tables, verdicts and the manifest.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,30 +30,30 @@ use crate::run::options::RunOptions;
 use crate::run::summary::PointSummary;
 use crate::start::StartReport;
 
-/// Fraction of collisions in cells with limited chi from which the limit is reported.
+/// Share of collisions in cells whose contact value chi is limited, from which a warning is given.
 const MANY_LIMITED: f64 = 0.1;
 
-/// Point of a run with its place in the results folder.
+/// Sweep point of a run with its plan and its place in the results folder.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     /// Case file of the run.
     pub file: &'a CaseFile,
-    /// Point with its plan and measures.
+    /// Resolved plan and measures of the point.
     pub planned: &'a Planned<'a>,
-    /// Place of the results in the folder.
+    /// Location of the point's results in the results folder.
     pub place: RunPlace<'a>,
-    /// Number of the point.
+    /// Index of the sweep point.
     pub number: usize,
-    /// False-alarm probability of each verdict.
+    /// Error probability of each verdict of the point.
     pub level: f64,
     /// Options of the run.
     pub options: &'a RunOptions<'a>,
 }
 
-/// Results of finished replicas, by the number of the replica.
+/// Results of finished replicas, by replica number; an error for a replica whose gas failed.
 pub(crate) type Left = BTreeMap<u64, Result<Replica, RunError>>;
 
-/// Results of the replicas of a point without a failed engine.
+/// Results of the replicas of a point in which no engine failed.
 struct Done {
     /// Finished engine runs, by engine, then by replica.
     finished: Vec<Vec<CompletedRun>>,
@@ -62,7 +62,7 @@ struct Done {
 }
 
 impl Job<'_> {
-    /// Returns the tasks of the point, one for each replica.
+    /// Returns the tasks of the point, one for each of its replicas.
     pub(crate) fn tasks(&self) -> impl Iterator<Item = ReplicaTask> + use<> {
         let point = self.number;
         (0..self.planned.plan.case.replicas).map(move |replica| ReplicaTask {
@@ -72,7 +72,7 @@ impl Job<'_> {
         })
     }
 
-    /// Registers the files that a task may write.
+    /// Registers the files that a task may write in the list of files.
     ///
     /// # Errors
     /// [`RunError::Results`] if the folder cannot be written.
@@ -85,7 +85,7 @@ impl Job<'_> {
         )?)
     }
 
-    /// Returns the environment of the point's tasks in a folder.
+    /// Returns the environment in which tasks of the point run, with a folder for checkpoints.
     pub(crate) fn context<'d>(
         &'d self,
         folder: &'d Path,
@@ -103,7 +103,8 @@ impl Job<'_> {
         }
     }
 
-    /// Returns the summary of a point that was complete before the run; `None` if it was not.
+    /// Returns the summary of a point that was complete before the run; `None` if it was not
+    /// complete.
     ///
     /// # Errors
     /// [`RunError::Results`] if the folder cannot be read.
@@ -121,7 +122,7 @@ impl Job<'_> {
         )))
     }
 
-    /// Title of the run: of a point of a sweep, with the swept values.
+    /// Returns the title of the point: that of the case, with the swept values.
     fn title(&self) -> String {
         let (title, name) = (&self.planned.plan.case.title, self.place.name());
         let alone = name.is_empty() || *title != self.file.title();
@@ -133,7 +134,7 @@ impl Job<'_> {
         }
     }
 
-    /// Reports that the point begins.
+    /// Reports to the progress receiver that the point begins.
     pub(crate) fn begin(&self) {
         let plan = &self.planned.plan;
         // Title of the case with its overrides.
@@ -147,8 +148,8 @@ impl Job<'_> {
             .begin_point(self.number, name, ProgressEstimate::for_case(plan));
     }
 
-    /// Runs the point on the threads of the current pool, with its gases in cells held by the
-    /// processes of `group` if there is one.
+    /// Runs the point on the threads of the current pool. Its gases in cells are decomposed over
+    /// the processes of `group`, if given.
     ///
     /// # Errors
     /// [`RunError`]; checkpoints stay.
@@ -187,7 +188,7 @@ impl Job<'_> {
         self.finish(replicas, began)
     }
 
-    /// Owner of the journals of the point.
+    /// Returns the identity that the journals of the point carry.
     pub(crate) fn journal_owner(&self) -> JournalOwner {
         JournalOwner {
             run: *self.place.fingerprint(),
@@ -195,8 +196,8 @@ impl Job<'_> {
         }
     }
 
-    /// Opens the journal of finished replicas for a process that works alone, and restores the
-    /// replicas in it and in journals of other processes.
+    /// Opens the journal of finished replicas for a process that works alone. Restores the replicas
+    /// in it and in journals of other processes.
     ///
     /// # Errors
     /// [`RunError`] if it cannot be read or written.
@@ -214,8 +215,8 @@ impl Job<'_> {
         Ok((journal, there))
     }
 
-    /// Opens the journal of one of several processes. Others may read an entry as soon as it is
-    /// added.
+    /// Opens the journal of one of several processes. Other processes may read an entry as soon as
+    /// it is added.
     ///
     /// # Errors
     /// [`RunError`] if it cannot be read or written.
@@ -225,7 +226,7 @@ impl Job<'_> {
         Ok(journal)
     }
 
-    /// Records of finished replicas, from all journals of the point.
+    /// Reads the records of finished replicas from all journals of the point.
     ///
     /// # Errors
     /// [`RunError`] if a journal cannot be read.
@@ -241,7 +242,8 @@ impl Job<'_> {
         }
     }
 
-    /// Restores the result of a task from its bytes: its records, or the failure of its gas.
+    /// Restores the result of a task from its serialized record: the replica, or the failure of its
+    /// gas.
     ///
     /// # Errors
     /// [`RunError`] if the bytes cannot be read.
@@ -258,15 +260,15 @@ impl Job<'_> {
         }
     }
 
-    /// Reports a finished task to the progress.
+    /// Reports a finished task to the progress receiver.
     pub(crate) fn tell_done(&self, task: ReplicaTask) {
         for part in replica_task::numbers(&self.planned.plan, task) {
             self.options.progress.tell_share(self.number, part, 1.0, 0);
         }
     }
 
-    /// Adds the result of a task to a journal if it is finished or its gas has failed, and removes its
-    /// checkpoints then.
+    /// Adds the result of a task to a journal if it is finished or its gas has failed, and then
+    /// removes its checkpoints.
     ///
     /// # Errors
     /// [`RunError`] if the journal cannot be written.
@@ -305,8 +307,11 @@ impl Job<'_> {
         }
     }
 
-    /// Sorts the results of the replicas by success and failure, in their order.
-    fn sort(&self, replicas: Vec<Result<Replica, RunError>>) -> Result<Done, RunError> {
+    /// Separates the results of the replicas into those of successful ones, in order, and failures.
+    fn separate_failures(
+        &self,
+        replicas: Vec<Result<Replica, RunError>>,
+    ) -> Result<Done, RunError> {
         let plan = &self.planned.plan;
         let mut done = Done {
             finished: plan.engines.iter().map(|_| Vec::new()).collect(),
@@ -342,7 +347,7 @@ impl Job<'_> {
         }
     }
 
-    /// Stores the state of a gas that cannot continue.
+    /// Writes the state of a gas that cannot continue to a file.
     fn keep_state(&self, error: &RunError) -> Result<(), RunError> {
         let RunError::Replica {
             replica,
@@ -382,7 +387,7 @@ impl Job<'_> {
             options,
         } = *self;
         let plan = &planned.plan;
-        let all = self.sort(replicas)?;
+        let all = self.separate_failures(replicas)?;
         let mut warnings = plan.warnings.clone();
         warnings.extend(
             all.failed
@@ -390,7 +395,7 @@ impl Job<'_> {
                 .map(|error| format!("{error}; this replica is left out of all tables")),
         );
         let engines = work(plan, &all.finished);
-        warnings.extend(limited(&engines));
+        warnings.extend(chi_limit_warnings(&engines));
         let mut tables: Vec<Table> = Vec::new();
         let (mut snapshots, mut frames) = (Vec::new(), Vec::new());
         let mut verdicts: Vec<VerdictText> = judge::start(&unequilibrated(&all.starts))
@@ -451,7 +456,7 @@ impl Job<'_> {
                     unit: one.unit.into_owned(),
                 })
                 .collect(),
-            machine: machine(),
+            machine: describe_machine(),
             seed: plan.case.seed,
             replicas: plan.case.replicas,
             wall_seconds: began.elapsed().as_secs_f64(),
@@ -471,7 +476,7 @@ impl Job<'_> {
     }
 }
 
-/// Labels axes of times with the unit of time of the case: "t/t0", "lag/t0".
+/// Relabels time axes of figures with the unit of time of the case: "t/t0", "lag/t0".
 fn label_times(table: &mut Table, plan: &CasePlan) {
     let unit = match plan.time_unit {
         TimeUnit::Case => return,
@@ -496,7 +501,7 @@ fn label_times(table: &mut Table, plan: &CasePlan) {
     }
 }
 
-/// Unit of time of a case, for the results folder.
+/// Returns the unit of time of a case for the manifest.
 fn time_unit(plan: &CasePlan) -> stosszahl_results::TimeUnitSize {
     stosszahl_results::TimeUnitSize {
         name: match plan.time_unit {
@@ -509,12 +514,12 @@ fn time_unit(plan: &CasePlan) -> stosszahl_results::TimeUnitSize {
     }
 }
 
-/// Case as it is run, in JSON.
+/// Converts the case as it is run to JSON.
 pub(crate) fn as_json(plan: &CasePlan) -> Value {
     serde_json::to_value(&plan.case).unwrap_or_default()
 }
 
-/// Replicas whose start was not equilibrated, with the tests that failed.
+/// Lists the replicas whose start was not equilibrated, with the tests that failed.
 fn unequilibrated(starts: &[StartRecord]) -> Vec<(u64, String)> {
     let bad = starts
         .iter()
@@ -531,7 +536,7 @@ fn unequilibrated(starts: &[StartRecord]) -> Vec<(u64, String)> {
     .collect()
 }
 
-/// Work of each engine, summed over replicas.
+/// Sums the work of each engine over replicas.
 fn work(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Vec<EngineWork> {
     let one = |(engine, runs): (&crate::plan::EnginePlan, &Vec<CompletedRun>)| {
         let mut work: BTreeMap<String, f64> = BTreeMap::new();
@@ -551,8 +556,8 @@ fn work(plan: &CasePlan, finished: &[Vec<CompletedRun>]) -> Vec<EngineWork> {
     plan.engines.iter().zip(finished).map(one).collect()
 }
 
-/// Warnings about engines whose chi was limited in many collisions.
-fn limited(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
+/// Creates warnings about engines whose contact value chi was limited in many collisions.
+fn chi_limit_warnings(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
     engines.iter().filter_map(|engine| {
         let share = engine.work.get("share_of_collisions_in_limited_cells").copied()?;
         (share > MANY_LIMITED).then(|| {
@@ -566,8 +571,8 @@ fn limited(engines: &[EngineWork]) -> impl Iterator<Item = String> + '_ {
     })
 }
 
-/// Description of the machine of the run.
-fn machine() -> Machine {
+/// Returns a description of the machine for the manifest.
+fn describe_machine() -> Machine {
     let processor = std::fs::read_to_string("/proc/cpuinfo")
         .ok()
         .and_then(|text| {

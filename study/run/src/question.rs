@@ -1,11 +1,11 @@
-//! Question of a case: the measurement that answers it, and the column of the answer.
+//! Question of a case: which measurement answers it, and in which table and column the answer is.
 
 use stosszahl_results::{RunQuestion, Table, VerdictText, engine_title};
 
 use crate::measure::Measure;
 use crate::plan::{CasePlan, PlanError};
 
-/// Index in `measures` of the leading measure, whose verdict comes first: the measure that the
+/// Returns the index of the leading measure, whose verdict comes first: the measure that the
 /// question names, else the first with a statistical test.
 pub(crate) fn leading(plan: &CasePlan, measures: &[&'static dyn Measure]) -> usize {
     let place = |wanted: &dyn Fn(&&&'static dyn Measure) -> bool| {
@@ -19,7 +19,7 @@ pub(crate) fn leading(plan: &CasePlan, measures: &[&'static dyn Measure]) -> usi
         .unwrap_or(0)
 }
 
-/// Name of the headline before the run: the leading measure, and the engine of the question.
+/// Names the headline before the run: the leading measure, and the engine of the question.
 pub(crate) fn headline(plan: &CasePlan, measures: &[&'static dyn Measure]) -> String {
     let measure = measures.get(leading(plan, measures));
     let measure = measure.map_or("", |measure| measure.name());
@@ -40,8 +40,8 @@ pub(crate) fn put_first(plan: &CasePlan, verdicts: &mut [VerdictText]) {
     }
 }
 
-/// Question of a run in words, and the location of its answer among the tables of the leading
-/// measure.
+/// Returns the question of a run as text, and the location of its answer among the tables of the
+/// leading measure.
 pub(crate) fn run_question(plan: &CasePlan, text: Option<String>, tables: &[Table]) -> RunQuestion {
     let wanted = plan.case.question.column.as_deref();
     let drawn = |table: &Table, column: &str| {
@@ -74,7 +74,7 @@ pub(crate) fn run_question(plan: &CasePlan, text: Option<String>, tables: &[Tabl
     }
 }
 
-/// Checks the measure, the engine and the column of the question.
+/// Checks that the measure, engine and column that the question names exist.
 ///
 /// # Errors
 /// [`PlanError`] names what is allowed.

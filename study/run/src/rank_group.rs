@@ -1,4 +1,5 @@
-//! Processes that hold a gas together, and the calls by which the first of them begins it.
+//! Group of processes over which gases are decomposed, and the messages by which the root process
+//! begins each gas.
 
 use std::sync::Arc;
 
@@ -7,43 +8,44 @@ use stosszahl_dsmc::{Ranks, from_first};
 
 use crate::plan::EnginePlan;
 
-/// Processes that hold the gases of a point together, as the root process sees them.
+/// Group of processes over which the gases of a sweep point are decomposed, as used by the root
+/// process.
 #[derive(Clone)]
 pub struct RankGroup {
     ranks: Arc<dyn Ranks>,
     point: usize,
 }
 
-/// Call of the root process: the gas that all processes hold next.
+/// Message of the root process: the gas that all processes hold next.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Call {
-    /// Number of the point.
+    /// Index of the sweep point.
     pub(crate) point: usize,
-    /// Number of the replica.
+    /// Number of the replica whose gas is held.
     pub(crate) replica: u64,
-    /// Name of the engine.
+    /// Name of the engine whose gas is held.
     pub(crate) engine: String,
 }
 
-/// Sends a call to all other processes; `None` ends their part of the run.
+/// Sends a message of the root process to all other processes; `None` ends their part of the run.
 pub(crate) fn send_call(ranks: &dyn Ranks, call: Option<&Call>) {
     // Fails only for types without a length.
     from_first(ranks, postcard::to_stdvec(&call).unwrap_or_default());
 }
 
 impl RankGroup {
-    /// Creates the group of a point, numbered in the order of the case.
+    /// Creates the group for a sweep point with the given index.
     pub(crate) fn new(ranks: Arc<dyn Ranks>, point: usize) -> Self {
         Self { ranks, point }
     }
 
-    /// Number of processes that hold a gas together.
+    /// Returns the number of processes over which a gas is decomposed.
     pub(crate) fn size(&self) -> usize {
         self.ranks.size()
     }
 
-    /// Calls the other processes to hold the gas of an engine, and returns the transport between
-    /// all processes.
+    /// Tells the other processes to hold their parts of an engine's gas, and returns the transport
+    /// between all processes.
     pub(crate) fn call(&self, replica: u64, engine: &EnginePlan) -> &Arc<dyn Ranks> {
         let (point, engine) = (self.point, engine.name.to_owned());
         let call = Call {

@@ -1,9 +1,10 @@
-//! Tasks of a run: one replica of one point each, with its start and all engines that run from it.
+//! Tasks of a run: each is one replica of one sweep point, with its start and all engines that run
+//! from it.
 //!
-//! A task needs the plan of its point and a folder for its checkpoints. It yields the records of its
-//! engines, as the checkpoint of a finished engine holds them, or the reason of its failure. Both
-//! are kept as bytes in a journal ([`record`], [`TaskContext::restore`]), by threads of this process
-//! and by other processes alike.
+//! A task needs the plan of its point and a folder for its checkpoints. It yields the records of
+//! its engines, as the checkpoint of a finished engine holds them, or the reason of its failure.
+//! Both are kept as bytes in a journal ([`record`], [`TaskContext::restore`]), by threads of this
+//! process and by other processes alike.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -27,50 +28,51 @@ use crate::rank_group::RankGroup;
 use crate::run::error::RunError;
 use crate::start::{Preparation, StartReport, is_prepared};
 
-/// Piece of work: one replica of one point.
+/// Task of a run: one replica of one sweep point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReplicaTask {
-    /// Number of the point, from 0 in the order of the case.
+    /// Index of the sweep point, from 0 in the order of the case.
     pub point: usize,
     /// Number of the replica, from 0.
     pub replica: u64,
-    /// Number of earlier attempts by processes that were lost. Checkpoints of each attempt have
-    /// names of their own, as such a process may still write.
+    /// Number of earlier attempts by processes that were lost. Each attempt has its own checkpoint
+    /// names, as a lost process may still write.
     pub attempt: u32,
 }
 
 /// Result of a finished replica: the report on its start, and its engines in the order of the plan.
 pub(crate) type Replica = (Option<StartReport>, Vec<CompletedRun>);
 
-/// Environment in which the tasks of a point run.
+/// Environment in which the tasks of a sweep point run.
 #[derive(Clone, Copy)]
 pub(crate) struct TaskContext<'a> {
-    /// Plan of the point.
+    /// Resolved plan and measures of the point.
     pub planned: &'a Planned<'a>,
-    /// Folder of the point.
+    /// Folder of the sweep point, for checkpoints.
     pub folder: &'a Path,
-    /// Check that this process may still write checkpoints.
+    /// Callback that returns an error if this process may no longer write checkpoints.
     pub guard: &'a WriteGuard<'a>,
-    /// Processes that hold each gas in cells together; `None` if this process holds it alone.
+    /// Group of processes over which each gas in cells is decomposed; `None` if this process holds
+    /// gases alone.
     pub group: Option<&'a RankGroup>,
-    /// Hash of the point and of all inputs that decide its numbers.
+    /// Hash of the point's name and of all inputs that determine its numbers.
     pub fingerprint: &'a [u8; 32],
-    /// Number of the point, for the progress.
+    /// Index of the point in progress reports.
     pub number: usize,
     /// Interrupt that stops the task within a second.
     pub stop: &'a Interrupt,
-    /// Display of the progress.
+    /// Receiver of progress reports.
     pub progress: &'a dyn Progress,
 }
 
-/// Result of a task in the form in which it is kept.
+/// Result of a task in its serialized form.
 #[derive(Serialize, Deserialize)]
 enum Record {
     Done(Option<StartReport>, Vec<Saved>),
     Failed(String, Elsewhere),
 }
 
-/// Returns the path of a checkpoint inside the folder of the point.
+/// Returns the path of a checkpoint of one part of a task, inside the folder of the point.
 fn checkpoint(task: ReplicaTask, part: &str) -> String {
     let ReplicaTask {
         replica, attempt, ..
@@ -81,7 +83,7 @@ fn checkpoint(task: ReplicaTask, part: &str) -> String {
     }
 }
 
-/// Names of the parts of a replica that have a checkpoint: the start, and the engines.
+/// Returns the names of the parts of a replica that have a checkpoint: the start, and the engines.
 fn parts(plan: &CasePlan) -> impl Iterator<Item = &str> {
     let start = is_prepared(plan).then_some("start");
     start
@@ -89,8 +91,9 @@ fn parts(plan: &CasePlan) -> impl Iterator<Item = &str> {
         .chain(plan.engines.iter().map(|engine| engine.name))
 }
 
-/// Registers the files that a task may write, and makes their folder; to be called before the task
-/// begins. `processes` is the number of processes that write shards of its gases in cells.
+/// Registers the files that a task may write in the list of files, and creates their folder. To be
+/// called before the task begins. `processes` is the number of processes that write checkpoint
+/// shards.
 ///
 /// # Errors
 /// [`ResultsError`] if the results folder cannot be written.
@@ -120,8 +123,8 @@ pub(crate) fn forget(folder: &Path, plan: &CasePlan, task: ReplicaTask) {
     }
 }
 
-/// Renames the latest checkpoints of repeated tasks as if of first attempts. To be called while no
-/// other process works in the folder.
+/// Renames the latest checkpoints of repeated tasks to the names of first attempts. To be called
+/// while no other process works in the folder.
 pub(crate) fn adopt(folder: &Path) {
     let checkpoints = folder.join(CHECKPOINTS);
     let mut latest: BTreeMap<String, (u32, PathBuf)> = BTreeMap::new();
@@ -151,19 +154,20 @@ pub(crate) fn adopt(folder: &Path) {
     }
 }
 
-/// Returns the numbers of the parts of a task in the progress: its start, then its engines.
+/// Returns the indices under which progress reports list the parts of a task: its start, then its
+/// engines.
 pub(crate) fn numbers(plan: &CasePlan, task: ReplicaTask) -> std::ops::Range<usize> {
     let parts = plan.engines.len() + 1;
     let first = task.replica as usize * parts;
     first..first + parts
 }
 
-/// Estimated computing time of a replica \[s\].
+/// Estimates the computing time of a replica \[s\].
 pub(crate) fn seconds(plan: &CasePlan) -> f64 {
     plan.engines.iter().map(|engine| plan.seconds(engine)).sum()
 }
 
-/// Serialises the result of a task.
+/// Serializes the result of a task, for a journal.
 ///
 /// # Errors
 /// If a record cannot be serialized, which is an error of the program.
@@ -182,8 +186,8 @@ pub(crate) fn record(left: &Result<Replica, RunError>) -> Result<Vec<u8>, postca
 }
 
 impl TaskContext<'_> {
-    /// Runs a replica: its engines side by side on the threads of the current pool, or one after
-    /// the other where several processes hold each gas in cells.
+    /// Runs a replica: its engines concurrently on the threads of the current pool, or one after
+    /// the other if gases in cells are decomposed over processes.
     ///
     /// # Errors
     /// [`RunError::Replica`]; checkpoints stay.
@@ -225,7 +229,8 @@ impl TaskContext<'_> {
         Ok((report, runs.into_iter().map(|(_, run)| run).collect()))
     }
 
-    /// Returns the checkpoint of a part. A repeated task resumes from a copy of the latest attempt.
+    /// Returns the path of the checkpoint of one part of a task. A repeated task resumes from a
+    /// copy of the latest attempt.
     fn checkpoint(&self, task: ReplicaTask, part: &str) -> PathBuf {
         let path = self.folder.join(checkpoint(task, part));
         if !path.exists() {
@@ -261,7 +266,7 @@ impl TaskContext<'_> {
         Control::new(Some(file), case.run.checkpoint_seconds, self.stop, tell)
     }
 
-    /// Prepares the equilibrated start of a replica, or reads the start from its checkpoint.
+    /// Creates the equilibrated start of a replica, or reads it from its checkpoint.
     fn start(&self, task: ReplicaTask, part: usize) -> Result<(StartReport, Particles), PartError> {
         let tell = |share, collisions| {
             self.progress
@@ -307,7 +312,7 @@ impl TaskContext<'_> {
         }
     }
 
-    /// Restores the result of a task from its bytes.
+    /// Restores the result of a task from its serialized record.
     ///
     /// # Errors
     /// The error of the task, if it failed; otherwise that its record cannot be read.

@@ -1,4 +1,4 @@
-//! Run of all points, replicas and engines of a case into a results folder.
+//! Execution of a case: all points, replicas and engines into a results folder.
 
 pub(crate) mod error;
 pub(crate) mod options;
@@ -22,7 +22,7 @@ pub use error::RunError;
 pub use options::RunOptions;
 pub use summary::{PointSummary, RunSummary};
 
-/// Keys of a case that do not affect the results folder, and keys that only change how results are
+/// Case keys that do not affect the results folder, and keys that only change how results are
 /// shown.
 const KEYS: Keys<'static> = Keys {
     ignored: &["run.checkpoint_seconds"],
@@ -49,7 +49,8 @@ pub fn run_case(file: &CaseFile, options: &RunOptions<'_>) -> Result<RunSummary,
     Ok(opened.summary(points))
 }
 
-/// Plans all points, makes open choices, and determines the number of threads.
+/// Plans all points of a case, lets the program make its choices, and determines the number of
+/// threads.
 ///
 /// # Errors
 /// As [`run_case`].
@@ -66,14 +67,15 @@ pub(crate) fn prepare<'a>(
     Ok((planned, threads))
 }
 
-/// Number of points that run side by side: points of few replicas, until each thread has a part.
+/// Returns the number of points that run concurrently: points of few replicas, until each thread
+/// has an engine.
 fn side_by_side(planned: &[Planned<'_>], threads: usize) -> usize {
     let parts = |one: &Planned<'_>| one.plan.engines.len() * one.plan.case.replicas as usize;
     let fewest = planned.iter().map(parts).min().unwrap_or(1);
     (threads / fewest.max(1)).max(1)
 }
 
-/// Estimated memory of a run of these points on `threads` threads \[bytes\].
+/// Estimates the memory of a run of these points on `threads` threads \[bytes\].
 pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
     let chunks = planned.chunks(side_by_side(planned, threads));
     let needed = chunks.map(|chunk| {
@@ -83,7 +85,7 @@ pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
     needed.fold(0.0, f64::max)
 }
 
-/// Refuses points that run one after the other, if one of them needs more memory than is free.
+/// Checks that each point fits into the available memory, for points that run one after the other.
 ///
 /// # Errors
 /// [`RunError::Memory`].
@@ -96,7 +98,7 @@ pub(crate) fn require_memory_of_each(
     require_memory(bytes.fold(0.0, f64::max), options)
 }
 
-/// Refuses a run that needs more memory than is free, unless the limit is ignored.
+/// Checks that a run fits into the available memory, unless the limit is ignored.
 ///
 /// # Errors
 /// [`RunError::Memory`].
@@ -107,14 +109,14 @@ fn require_memory(needed: f64, options: &RunOptions<'_>) -> Result<(), RunError>
     }
 }
 
-/// Open results folder of a run.
+/// Results folder of a run in progress, and whether the run is a sweep.
 pub(crate) struct Opened {
     folder: Arc<Folder>,
     is_sweep: bool,
 }
 
 impl Opened {
-    /// Creates the results folder, or opens the one to continue.
+    /// Creates the results folder of a run, or opens an existing one to resume.
     ///
     /// # Errors
     /// [`RunError::Results`].
@@ -128,7 +130,7 @@ impl Opened {
         })
     }
 
-    /// Creates the results folder, or joins the processes that work in it.
+    /// Creates the results folder of a run, or joins the processes that work in an existing one.
     ///
     /// # Errors
     /// [`RunError::Results`].
@@ -172,12 +174,12 @@ impl Opened {
         })
     }
 
-    /// Results folder.
+    /// Returns the results folder.
     pub(crate) fn folder(&self) -> &Folder {
         &self.folder
     }
 
-    /// Points of the run, each with its place in the folder.
+    /// Returns the sweep points of the run, each with its location in the results folder.
     pub(crate) fn jobs<'a>(
         &'a self,
         file: &'a CaseFile,
@@ -196,7 +198,7 @@ impl Opened {
         both.map(job).collect()
     }
 
-    /// Summary of the run.
+    /// Creates the summary of the run from those of its points.
     pub(crate) fn summary(&self, points: Vec<PointSummary>) -> RunSummary {
         RunSummary {
             folder: self.folder.path().to_owned(),
@@ -208,7 +210,7 @@ impl Opened {
     }
 }
 
-/// Fingerprints of the runs of all points.
+/// Computes the identities of the runs of all points, from cases and input files.
 ///
 /// # Errors
 /// [`RunError::Results`] if a start file cannot be read.
@@ -221,7 +223,7 @@ pub(crate) fn run_ids(planned: &[Planned<'_>]) -> Result<Vec<RunId>, RunError> {
     Ok(planned.iter().map(one).collect::<Result<_, _>>()?)
 }
 
-/// Path of the start file of a case; `None` without one.
+/// Returns the path of the start file of a case; `None` without one.
 pub(crate) fn start_file(plan: &CasePlan) -> Option<PathBuf> {
     let name = plan.case.start.file.as_ref()?;
     Some(plan.folder.join(name))

@@ -1,20 +1,21 @@
-//! Schedule of a run: sample times of all measures, and times of velocity rescaling.
+//! Schedule of an engine run: sample times of all measures, and times of velocity rescaling.
 
 use crate::measure::Measure;
 use crate::plan::CasePlan;
 
-/// Scheduled time of a run with everything that is due then.
+/// Scheduled event of an engine run: a time, and the samples and rescaling due at it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScheduledEvent {
-    /// Time, in the unit of time of the case.
+    /// Time of the event, in the unit of time of the case.
     pub time: f64,
-    /// True if velocities are rescaled, before anything is sampled.
+    /// True if velocities are rescaled at this time, before any sample.
     pub heating: bool,
-    /// Measures to sample, by their index among the measures of the case.
+    /// Measures that sample at this time, by their index among the measures of the case.
     pub measures: Vec<usize>,
 }
 
-/// All scheduled times in order. The last is the end of the run, with or without samples.
+/// Returns all scheduled events in order of time. The last is at the end of the run, with or
+/// without samples.
 pub fn schedule_events(plan: &CasePlan, measures: &[&dyn Measure]) -> Vec<ScheduledEvent> {
     let until = plan.case.run.until;
     let times = measures
@@ -25,11 +26,11 @@ pub fn schedule_events(plan: &CasePlan, measures: &[&dyn Measure]) -> Vec<Schedu
         let count = (until / interval) as u64;
         (1..=count).map(|i| i as f64 * interval).collect()
     });
-    merged(times, &heating, until)
+    merge_times(times, &heating, until)
 }
 
-/// Merges lists of times within the run.
-fn merged(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<ScheduledEvent> {
+/// Merges the sample times of measures and the rescaling times, as far as they lie within the run.
+fn merge_times(measures: Vec<Vec<f64>>, heating: &[f64], until: f64) -> Vec<ScheduledEvent> {
     let looks = measures.into_iter().enumerate();
     let mut all: Vec<(f64, Option<usize>)> = looks
         .flat_map(|(measure, times)| times.into_iter().map(move |time| (time, Some(measure))))
@@ -68,7 +69,7 @@ mod tests {
 
     #[test]
     fn times_are_united_and_end_with_the_run() {
-        let list = merged(
+        let list = merge_times(
             vec![vec![2.0, 0.0, 2.0, 9.0], vec![1.0, 2.0]],
             &[1.0, 2.5],
             3.0,

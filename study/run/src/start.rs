@@ -1,5 +1,5 @@
-//! Initial state of a replica, shared by all engines: placement, velocities, and elastic
-//! equilibration.
+//! Initial state of a replica, shared by all engines: random or lattice placement, velocities, and
+//! elastic equilibration.
 
 pub(crate) mod error;
 
@@ -26,50 +26,50 @@ pub use error::{PlacementFailed, StartError};
 
 /// Number of bins in the test for uniform impact parameters.
 const BINS: usize = 20;
-/// Number of collisions that the test needs in each bin.
+/// Number of collisions per bin that the test of impact parameters needs.
 const COLLISIONS_PER_BIN: u64 = 1000;
-/// Number of collisions per particle in one segment of the equilibration.
+/// Number of collisions per particle in one segment of the equilibration, between checkpoints.
 const LEG: u64 = 4;
 /// Smallest number of collisions in one segment of the equilibration.
 const LEAST_LEG: u64 = 100_000;
-/// Deepest overlap that counts as rounding \[diameters\].
+/// Deepest overlap of disks that counts as rounding \[diameters\].
 const OVERLAP_TOLERANCE: f64 = 1e-9;
-/// Branch of the random streams of the second and further sets of simulators.
+/// Branch of the random streams for the second and further sets of simulators.
 const SETS: u64 = 3;
 
-/// Report on how a start was made.
+/// Report on the placement and equilibration of a start.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StartReport {
-    /// Method of placement, in words.
+    /// Method of placement in words.
     pub placement: String,
     /// Number of elastic collisions per particle in the equilibration.
     pub collisions_per_particle: f64,
-    /// True if the requested collisions happened, at least one, and no test failed; `None` where
-    /// the case gives the start.
+    /// True if the requested collisions happened, at least one, and no test failed; `None` if the
+    /// case gives the start.
     pub equilibrated: Option<bool>,
-    /// Equilibration tests of the last block of collisions.
+    /// Outcomes of the equilibration tests on the last block of collisions.
     pub tests: Vec<EquilibriumTest>,
 }
 
-/// Start in preparation, as a checkpoint holds it.
+/// Start in preparation: state of the equilibration, as stored in a checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Preparation {
-    /// Bytes of the elastic dynamics, between two segments.
+    /// Checkpoint bytes of the elastic dynamics, between two segments.
     #[serde(with = "serde_bytes")]
     gas: Vec<u8>,
     collisions: u64,
     bins: Vec<u64>,
     /// Time of the start \[engine time\], and true if the requested collisions have happened;
-    /// `None` while collisions are counted.
+    /// `None` while collisions are still counted.
     end: Option<(f64, bool)>,
-    /// Bragg peaks of the lattice that must melt.
+    /// Bragg peaks, as reciprocal indices, of the lattice that must melt.
     reciprocal: Vec<[i32; 2]>,
     placement: String,
     /// Report of the finished start; `None` before it is finished.
     report: Option<StartReport>,
 }
 
-/// Histogram of impact parameters |b|/d.
+/// Histogram of impact parameters |b|/d over the collisions of the equilibration.
 struct Histogram<'a>(&'a mut [u64]);
 
 impl Observer for Histogram<'_> {
@@ -81,8 +81,8 @@ impl Observer for Histogram<'_> {
     }
 }
 
-/// Initial state of a set of simulators, not equilibrated. Set 0 is also the start of exact
-/// dynamics.
+/// Creates the initial state of a set of simulators, not equilibrated: particles, reciprocal
+/// indices of the lattice, and method of placement. Set 0 is also the start of exact dynamics.
 ///
 /// # Errors
 /// [`StartError`] if the state cannot be made.
@@ -105,7 +105,7 @@ pub fn placed(
     .map_err(|error| error.in_units(plan))
 }
 
-/// Model of particles with individual sizes, from which velocities are drawn.
+/// Particle model with individual sizes, from which velocities are drawn.
 type Each<S, C> = Scene<S, C, Law, Polydisperse, Free>;
 
 fn scene<S: Space, C: Surface<S>>(plan: &CasePlan, surface: C) -> Result<Each<S, C>, StartError> {
@@ -177,8 +177,8 @@ fn by_surface<S: Space, C: Surface<S>>(
     Ok((particles(plan, &scene, &state), reciprocal, placement))
 }
 
-/// Sets the initial velocities and spins: values of the start file, or drawn ones. `draw`: number
-/// of the draw in a replica.
+/// Sets the initial velocities and spins: values of the start file, or drawn ones. `draw` is the
+/// number of the draw in a replica.
 fn velocities<S: Space, C: Surface<S>>(
     plan: &CasePlan,
     scene: &Each<S, C>,
@@ -221,8 +221,8 @@ fn velocities<S: Space, C: Surface<S>>(
     initial::thermal_spins(scene, state, spins, &mut stream(Purpose::Spins));
 }
 
-/// Random assignment of the file's velocities to particles of the species; `None` where particles
-/// keep their own.
+/// Draws a random assignment of the file's velocities to particles of their species; `None` if
+/// particles keep their own.
 fn order(plan: &CasePlan, stream: &mut impl Rng) -> Option<Vec<usize>> {
     if plan.case.start.placement == PlacementSpec::File {
         return None;
@@ -237,9 +237,9 @@ fn order(plan: &CasePlan, stream: &mut impl Rng) -> Option<Vec<usize>> {
     Some(order)
 }
 
-/// Replaces the velocities of equilibrated disks by the initial ones, which equilibration has
-/// changed.
-fn redrawn<C: Surface<Plane>>(
+/// Replaces the velocities of equilibrated disks by the initial ones of the case, which
+/// equilibration has changed.
+fn with_initial_velocities<C: Surface<Plane>>(
     plan: &CasePlan,
     surface: C,
     equilibrated: &Particles,
@@ -256,7 +256,8 @@ fn redrawn<C: Surface<Plane>>(
     Ok(particles(plan, &scene, &state))
 }
 
-/// Positions of disks in a periodic box, the lattice that they must forget, and its name.
+/// Placed disks in a periodic box: positions, reciprocal indices of the lattice that must melt, and
+/// name of the arrangement.
 type Placed = (Vec<Vector2<f64>>, Vec<[i32; 2]>, String);
 
 fn in_plane(
@@ -297,7 +298,8 @@ fn in_plane(
 }
 
 impl CasePlan {
-    /// Lattice or random arrangement to place; `None` with a start file.
+    /// Returns the lattice or random arrangement in which particles are placed; `None` with a start
+    /// file.
     pub fn arrangement(&self) -> Option<Arrangement> {
         match self.case.start.placement {
             PlacementSpec::Disordered => Some(Arrangement::Disordered),
@@ -308,7 +310,7 @@ impl CasePlan {
     }
 }
 
-/// Converts a state to particles of the common interface.
+/// Converts the state of a particle model to particles of the common interface.
 fn particles<S: Space, C: Surface<S>>(
     plan: &CasePlan,
     scene: &Each<S, C>,
@@ -334,8 +336,9 @@ fn particles<S: Space, C: Surface<S>>(
     }
 }
 
-/// Particle properties without the shear flow: equilibration is at rest, and the flow starts after
-/// it. A start whose boxes are displaced already is not equilibrated, and has its flow.
+/// Returns the particle properties without shear, as equilibration is at rest and shear starts
+/// after it. A start whose periodic images are displaced already is not equilibrated and keeps its
+/// shear.
 fn at_rest(plan: &CasePlan) -> ParticleSpec {
     let has_begun = plan.grains.shear_offset != 0.0;
     ParticleSpec {
@@ -344,7 +347,7 @@ fn at_rest(plan: &CasePlan) -> ParticleSpec {
     }
 }
 
-/// Rescales smooth disks to the initial temperature, without drift.
+/// Rescales the velocities of smooth disks to the initial temperature, without drift.
 fn rescale(plan: &CasePlan, all: &mut Particles) -> Result<(), StartError> {
     let scene = scene::<Plane, Smooth>(plan, Smooth)?;
     let body = |one: &Particle| ParticleState::new(one.position.xy(), one.velocity.xy());
@@ -363,7 +366,7 @@ fn rescale(plan: &CasePlan, all: &mut Particles) -> Result<(), StartError> {
 impl Content for Preparation {}
 
 impl Preparation {
-    /// Places the particles of a replica.
+    /// Begins the start of a replica by placing its particles.
     ///
     /// # Errors
     /// [`StartError`] if particles do not fit, or on interruption.
@@ -392,19 +395,19 @@ impl Preparation {
         })
     }
 
-    /// Report of the finished start; `None` before.
+    /// Returns the report of the finished start; `None` before it is finished.
     pub fn report(&self) -> Option<&StartReport> {
         self.report.as_ref()
     }
 
-    /// Fraction of the longest equilibration that is done.
+    /// Returns the fraction of the longest equilibration that is done.
     pub fn done_share(&self, plan: &CasePlan) -> f64 {
         self.collisions as f64 / pairs(plan, plan.longest_equilibration()).max(1) as f64
     }
 
-    /// Equilibrates for one segment, in blocks, until the requested collisions have happened and no
-    /// test fails, or the longest equilibration is reached. Returns `true` when finished. A segment
-    /// is a function of the preparation before it.
+    /// Equilibrates for one segment, in blocks. The end is reached when the requested collisions
+    /// have happened and no test fails, or at the longest equilibration. Returns `true` when
+    /// finished. A segment is a function of the preparation before it.
     ///
     /// # Errors
     /// [`StartError`] if elastic dynamics cannot continue; [`StartError::Interrupted`] leaves the
@@ -488,9 +491,9 @@ impl Preparation {
         Ok(true)
     }
 
-    /// Flies for a mean free time after the collision at which the count ended. Otherwise the start
-    /// would be at a collision, where one pair more than average is in contact. Returns `true` once
-    /// there.
+    /// Advances by a mean free time after the collision at which counting ended. Otherwise the
+    /// start would be at a collision, with one pair more than average in contact. Returns `true`
+    /// when finished.
     ///
     /// # Errors
     /// [`StartError::Interrupted`] leaves the preparation unchanged.
@@ -518,7 +521,7 @@ impl Preparation {
         Ok(reached)
     }
 
-    /// Gas in equilibration, in its present state.
+    /// Creates the gas of the equilibration, in its current state.
     pub(crate) fn gas(
         &self,
         plan: &CasePlan,
@@ -545,8 +548,8 @@ impl Preparation {
         particles.time = 0.0;
         if plan.draws_after_equilibration() {
             return match plan.grains.rough {
-                None => redrawn(plan, Smooth, &particles, streams),
-                Some(rough) => redrawn(plan, rough, &particles, streams),
+                None => with_initial_velocities(plan, Smooth, &particles, streams),
+                Some(rough) => with_initial_velocities(plan, rough, &particles, streams),
             };
         }
         let drawn = plan.case.start.velocities == VelocitiesSpec::MAXWELLIAN;
@@ -574,13 +577,12 @@ impl Preparation {
     }
 }
 
-/// Number of pair collisions for a number of collisions per particle.
+/// Converts a number of collisions per particle to a number of pair collisions.
 pub(crate) fn pairs(plan: &CasePlan, per_particle: f64) -> u64 {
     (0.5 * per_particle * plan.count() as f64).ceil() as u64
 }
 
-/// Returns true if elastic dynamics equilibrates or tests the start of a case, which must be hard
-/// disks.
+/// Returns true if elastic dynamics equilibrates or tests the start of a case; only for hard disks.
 pub fn is_prepared(plan: &CasePlan) -> bool {
     plan.is_disk_fluid() || plan.dimension == 2 && plan.equilibration() > 0.0
 }

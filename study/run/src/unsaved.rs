@@ -1,4 +1,5 @@
-//! Runs without files, for the pilot and the frontier, and the quantities they measure.
+//! Runs in memory without files, for pilot runs and the frontier, and the quantities measured in
+//! them.
 
 use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_case::Case;
@@ -10,27 +11,27 @@ use crate::measure::{CompletedRun, Measure};
 use crate::measures::{self, GasSeries};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// One replica of a plan, to be run without files.
+/// Run of one replica of a case in memory, without files.
 #[derive(Clone, Copy)]
 pub(crate) struct InMemoryRun<'a> {
-    /// Plan of the case.
+    /// Resolved plan of the case.
     pub plan: &'a CasePlan,
-    /// Measures to take.
+    /// Measures to make in the run.
     pub measures: &'a [&'static dyn Measure],
     /// Number of the replica.
     pub replica: u64,
-    /// Interrupt that stops the run at the next segment.
+    /// Interrupt that stops the run at the end of the current segment.
     pub stop: &'a Interrupt,
 }
 
 impl InMemoryRun<'_> {
-    /// Makes the start that all engines share.
+    /// Creates the initial state that all engines of the replica share.
     pub(crate) fn make_start(&self) -> Result<Particles, PartError> {
         let control = Control::new(None, 1e9, self.stop, &|_, _| {});
         Ok(prepare(self.plan, self.replica, &control)?.1)
     }
 
-    /// Runs one engine from a start.
+    /// Runs one engine of the replica from an initial state.
     pub(crate) fn run_engine(
         &self,
         engine: &EnginePlan,
@@ -48,14 +49,14 @@ impl InMemoryRun<'_> {
     }
 }
 
-/// Measures of these names, with default options unless the case sets them.
+/// Returns the measures with these names, with default options unless the case sets them.
 pub(crate) fn measures(names: &[&str]) -> Vec<&'static dyn Measure> {
     let all = measures::ALL.iter().copied();
     all.filter(|one| names.contains(&one.name())).collect()
 }
 
-/// Case with this many equal particles at a packing fraction; unchanged where the case defines its
-/// particles in another way.
+/// Returns the case with another number of equal particles and packing fraction; unchanged if the
+/// case defines its particles in another way.
 pub(crate) fn resized(case: &Case, count: usize, packing_fraction: f64) -> Case {
     let mut case = case.clone();
     match (&mut case.species[..], &mut case.gas.number) {
@@ -76,7 +77,7 @@ pub(crate) fn resized(case: &Case, count: usize, packing_fraction: f64) -> Case 
     case
 }
 
-/// Kinetic energy over that of the start, K/K(0), at all samples but the first.
+/// Returns the kinetic energy over that of the start, K/K(0), at all samples but the first.
 pub(crate) fn energies(run: &CompletedRun) -> Vec<f64> {
     let record = run.record::<GasSeries>();
     let energies = record
@@ -88,12 +89,13 @@ pub(crate) fn energies(run: &CompletedRun) -> Vec<f64> {
     later.map(|energy| energy / energies[0]).collect()
 }
 
-/// First time window of the run.
+/// Returns the collision sums of the first time window of the run.
 pub(crate) fn window(run: &CompletedRun) -> Option<&CollisionWindow> {
     run.record::<CollisionWindows>()?.windows.first()
 }
 
-/// Collision rate in the first time window, over Enskog's rate at the measured temperature.
+/// Computes the collision rate in the first time window, over Enskog's rate at the measured
+/// temperature.
 pub(crate) fn collision_rate(plan: &CasePlan, run: &CompletedRun) -> f64 {
     let enskog = kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0);
     let found = window(run).and_then(|window| window.dissipation(enskog, plan.count()));

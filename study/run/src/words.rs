@@ -1,6 +1,6 @@
-//! Formats of numbers, fractions and durations in few digits.
+//! Formatting of numbers, fractions and durations with few digits.
 
-/// Formats a number in few digits.
+/// Formats a number with few significant digits.
 pub fn short(value: f64) -> String {
     if (1e-3..1e6).contains(&value.abs()) || value == 0.0 {
         let rounded = format!("{value:.4}");
@@ -11,7 +11,7 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// Formats a fraction in per cent.
+/// Formats a fraction as a percentage.
 pub(crate) fn percent(share: f64) -> String {
     let value = 100.0 * share;
     let digits = match value.abs() {
@@ -22,7 +22,7 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{value:.digits$} %")
 }
 
-/// Formats a duration in seconds, minutes or hours.
+/// Formats a duration \[s\] in seconds, minutes or hours.
 pub(crate) fn time(seconds: f64) -> String {
     if seconds < 1.0 {
         format!("{:.0} ms", 1e3 * seconds)

@@ -1,41 +1,44 @@
-//! Changes of Sonine polynomials by a collision, as the coefficients of a power series; formulas
-//! are those of [`super`].
+//! Collision integrals of Sonine polynomials as coefficients of power series; formulas are those of
+//! [`super`].
 
 use super::series::{PowerSeries, Shape, scaled, times};
 
-/// Term in u, s and t.
+/// Term of a polynomial in the variables u, s and t of [`super`].
 type Term = super::series::Term<3>;
 
-/// Loss of normal velocity in the collisions of a pair.
+/// Change of the normal velocity of a particle in collisions with one species, `beta = (1 + e)
+/// m_2/(m_1 + m_2)` in units of the relative one.
 pub(super) enum Loss {
-    /// Constant `beta`, for all speeds.
+    /// Constant `beta`, independent of the approach speed.
     Constant(f64),
-    /// Values of `beta` by speed: nodes `y = g^2/(2 V)`, weights of the mean with `exp(-y)`, and
-    /// `beta` there.
+    /// Values of `beta` by approach speed: nodes `y = g^2/(2 V)`, weights of the mean with
+    /// `exp(-y)`, and `beta` there.
     Spread(Vec<[f64; 3]>),
 }
 
-/// Polynomials of the collision integrals, in units in which V is 1 at s = t = 0.
+/// Polynomials from which the collision integrals of a pair of species are computed, in units in
+/// which V is 1 at s = t = 0.
 struct Parts {
     shape: Shape<3>,
     own: f64,
     other: f64,
-    /// Polynomial S of [`super`].
+    /// Polynomial S of the collision integrals in [`super`].
     same: Vec<Term>,
-    /// Polynomial V of [`super`].
+    /// Polynomial V of the collision integrals in [`super`].
     v: Vec<Term>,
-    /// Polynomial W of [`super`].
+    /// Polynomial W of the collision integrals in [`super`].
     w: Vec<Term>,
-    /// Polynomial Z of [`super`].
+    /// Polynomial Z of the collision integrals in [`super`].
     z: Vec<Term>,
-    /// Factors of the powers of beta in `(Y - beta V)(1 - u + beta u Z m_1/T_1)`.
+    /// Coefficients of the powers 0, 1, 2 of beta in `(Y - beta V)(1 - u + beta u Z m_1/T_1)`, as
+    /// polynomials.
     turns: [Vec<Term>; 3],
-    /// Series of `W^(1/2)` and `W^(-1/2)`.
+    /// Power series of `W^(1/2)` and `W^(-1/2)`.
     roots: [PowerSeries; 2],
 }
 
 impl Parts {
-    /// Computes the polynomials; `own` is the share of `T_1/m_1` in V.
+    /// Computes the polynomials of a pair of species; `own` is the share of `T_1/m_1` in V.
     fn new(shape: Shape<3>, own: f64) -> Self {
         let other = 1.0 - own;
         let v = vec![([0; 3], 1.0), ([0, 1, 0], -own), ([0, 0, 1], -other)];
@@ -70,8 +73,8 @@ impl Parts {
         }
     }
 
-    /// Returns `W/A` over `W^(1/2)`, and `[Z W/A + 2 (Y - beta V)(1 - u + beta u Z m_1/T_1)
-    /// (W/A)^2/W]/W^(3/2)`, at one beta.
+    /// Computes the power series `(W/A)/W^(1/2)` and `[Z W/A + 2 (Y - beta V)(1 - u + beta u Z
+    /// m_1/T_1) (W/A)^2/W]/W^(3/2)` at one value of beta.
     fn at(&self, beta: f64) -> [PowerSeries; 2] {
         let shape = self.shape;
         let square = beta * beta;
@@ -91,7 +94,7 @@ impl Parts {
         [shape.product(&inverse, up), shape.product(&sum, down)]
     }
 
-    /// Returns the two series of [`Self::at`], averaged over speeds.
+    /// Computes the two power series of [`Self::at`], averaged over speeds by quadrature.
     fn over(&self, nodes: &[[f64; 3]]) -> [PowerSeries; 2] {
         let shape = self.shape;
         let inverse = shape.power(&self.w, -1.0);
@@ -130,18 +133,20 @@ impl Parts {
     }
 }
 
-/// Changes by collisions with one species, over `n_2 d^(D-1) chi Omega_D sqrt(V/(2 pi))`.
+/// Collision kernel of one pair of species: coefficients of the changes of Sonine moments, over
+/// `n_2 d^(D-1) chi Omega_D sqrt(V/(2 pi))`.
 pub(super) struct MomentKernel {
-    /// Change of `<S_p>`, by `a_j` of the hit and `a_k` of the partner.
+    /// Change of `<S_p>`, as coefficients of the products of `a_j` of the particle and `a_k` of the
+    /// partner.
     pub scalar: PowerSeries,
-    /// Change of `<R . v L_p>` by `b_j` and `a_k`, over `T_1/m_1`.
+    /// Change of `<R . v L_p>` over `T_1/m_1`, as coefficients of the products of `b_j` and `a_k`.
     pub vector: PowerSeries,
-    /// Collision rate, by `a_j` and `a_k` (no powers of u).
+    /// Collision rate, as coefficients of the products of `a_j` and `a_k` (no powers of u).
     pub hits: PowerSeries,
 }
 
 impl MomentKernel {
-    /// Computes the kernel; `own` is the share of `T_1/m_1` in V.
+    /// Computes the collision kernel of a pair of species; `own` is the share of `T_1/m_1` in V.
     pub fn new(shape: Shape<3>, dimension: usize, own: f64, loss: &Loss) -> Self {
         let d = dimension as f64;
         let parts = Parts::new(shape, own);

@@ -51,24 +51,25 @@ mod series;
 
 pub use rough::{MOST_ROUGH_ORDERS, RoughMoment};
 
-/// Largest order of the expansion.
+/// Largest order of the Sonine expansion.
 pub const MOST_ORDERS: usize = 12;
 
-/// Coefficient `a_1` of a gas whose collisions take all of the normal velocity; in other gases it
-/// is multiplied by the share of the normal energy that collisions take.
+/// Coefficient `a_1` of the shifted reference temperature, for collisions that take all normal
+/// velocity. In other gases it is multiplied by the share of the normal energy that collisions
+/// take.
 const SHIFT: f64 = 0.25;
 
-/// Order from which the reference temperature is shifted; below it, the error of truncation
-/// outweighs the gain.
+/// Lowest Sonine order at which the reference temperature is shifted. At lower orders, the error of
+/// truncation outweighs the gain.
 const SHIFTED: usize = 3;
 
-/// Number of starts of displacements for averages over time.
+/// Number of start times of displacements, for averages over start times.
 const STARTS: usize = 40;
-/// Number of points of the integral over starts.
+/// Number of quadrature points of the integral over start times.
 const POINTS: u32 = 1000;
 
-/// Interpolates between values at whole numbers by the cubic through four of them.
-fn interpolated(values: &[f64], at: f64) -> f64 {
+/// Interpolates between values at whole numbers by the cubic through the four nearest.
+fn interpolate_cubic(values: &[f64], at: f64) -> f64 {
     let first = (at.floor().max(1.0) as usize - 1).min(values.len() - 4);
     let x = at - first as f64;
     let [a, b, c, d] = [0, 1, 2, 3].map(|n| x - f64::from(n));
@@ -85,13 +86,13 @@ fn interpolated(values: &[f64], at: f64) -> f64 {
         .sum()
 }
 
-/// Order of the values of a species: ln T, `<R^2>`, collisions, then `a_2 ...`, `B_0 ...` and `K_0
-/// ...`, the moments `<R . v L_p>` and `<v(0) . v L_p>`. Lengths and times are in units of `sqrt(D
-/// T_k(0)/m_k)` and the shortest mean free time.
+/// Layout of the integrated values of one species: ln T, `<R^2>`, collisions, then `a_2 ...`, `B_0
+/// ...` and `K_0 ...`, the moments `<R . v L_p>` and `<v(0) . v L_p>`. Lengths and times are in
+/// units of `sqrt(D T_k(0)/m_k)` and the shortest mean free time.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     orders: usize,
-    /// Coefficient `a_1`, which is constant.
+    /// Sonine coefficient `a_1` of the species, constant in time.
     shift: f64,
 }
 
@@ -104,7 +105,7 @@ impl Layout {
         2 + 3 * self.orders
     }
 
-    /// Returns `a_p`; zero beyond the orders kept.
+    /// Returns the Sonine coefficient `a_p`; zero beyond the orders kept.
     fn coefficient(self, values: &[f64], p: usize) -> f64 {
         match p {
             0 => 1.0,
@@ -122,13 +123,13 @@ impl Layout {
         2 + 2 * self.orders
     }
 
-    /// Temperature over the reference temperature.
+    /// Returns the temperature of the species over its reference temperature, `1 - a_1`.
     fn ratio(self) -> f64 {
         1.0 - self.shift
     }
 
-    /// Coefficient `a_2` about the temperature of the species: `<x^2>` over `<x^2>` of a
-    /// Maxwellian, less 1.
+    /// Computes the fourth cumulant of the species: `<x^2>` over `<x^2>` of a Maxwellian of its
+    /// temperature, less 1.
     fn fourth_cumulant(self, values: &[f64]) -> f64 {
         if self.orders < 2 {
             return 0.0;
@@ -138,16 +139,16 @@ impl Layout {
     }
 }
 
-/// Most species for which a number of orders takes some seconds at most, and that number, for
-/// constant restitution and for restitution that depends on speed.
+/// Largest number of species for which an expansion takes some seconds at most, with its order:
+/// first for constant restitution, then for restitution that depends on speed.
 const AFFORDABLE: [[(usize, usize); 5]; 2] = [
     [(3, 6), (4, 5), (6, 4), (10, 3), (16, 2)],
     [(1, 5), (2, 4), (3, 4), (4, 3), (6, 2)],
 ];
 
 impl<R: Restitution> MaxwellianMixture<R> {
-    /// Returns the largest number of Sonine orders that takes some seconds at most: 6 for three
-    /// species, 1 for many.
+    /// Returns the largest number of Sonine orders whose integration takes some seconds at most: 6
+    /// for three species, 1 for many.
     pub fn affordable_orders(&self) -> usize {
         let affordable = AFFORDABLE[usize::from(!self.is_constant())];
         let count = self.components().len();
@@ -155,7 +156,8 @@ impl<R: Restitution> MaxwellianMixture<R> {
         first.map_or(1, |(_, orders)| orders)
     }
 
-    /// Calls [`Self::evolve`] for one order, [`Self::expand`] for more.
+    /// Computes the states of the mixture at given times: by [`Self::evolve`] for one Sonine order,
+    /// by [`Self::expand`] for more.
     ///
     /// # Errors
     /// As [`Self::evolve`] and [`Self::expand`].
@@ -172,7 +174,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         }
     }
 
-    /// Computes the moments of [`Self::evolve`] with velocities expanded to the given order in
+    /// Computes the states of [`Self::evolve`] with velocities expanded to the given order in
     /// Sonine polynomials. Order one is for Maxwellians whose velocities are forgotten
     /// exponentially, order two has fourth cumulants too, and so on. The difference to the order
     /// below shows how far the expansion can be trusted.
@@ -197,10 +199,9 @@ impl<R: Restitution> MaxwellianMixture<R> {
             .collect()
     }
 
-    /// Computes mean squared displacements over the given lags, which do not fall, averaged over
-    /// all starts up to `total` less the lag, by species and lag: `(1/(t - lag)) integral_0^(t -
-    /// lag) <(R(s + lag) - R(s))^2> ds`. Velocities are Maxwellian at time zero and expanded as in
-    /// [`Self::expand`].
+    /// Computes mean squared displacements by species and lag, averaged over start times up to
+    /// `total` less the lag: `(1/(t - lag)) integral_0^(t - lag) <(R(s + lag) - R(s))^2> ds`. Lags
+    /// do not fall. Velocities are Maxwellian at time zero and expanded as in [`Self::expand`].
     ///
     /// Displacements are followed from 40 starts and their logarithms interpolated in the logarithm
     /// of time.
@@ -230,7 +231,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         let mut found = vec![vec![Vec::with_capacity(STARTS); temperatures.len()]; lags.len()];
         for number in 0..STARTS {
             let begin = unit * (width * number as f64).exp_m1();
-            let fresh = system.anew(problem.advance(begin)?);
+            let fresh = system.with_displacements_reset(problem.advance(begin)?);
             let mut own = system.problem(begin, fresh);
             for (&lag, found) in lags.iter().zip(&mut found) {
                 let moment = system.moment(begin + lag, own.advance(begin + lag)?);
@@ -250,7 +251,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
                     } else {
                         1.0
                     };
-                    weight * (interpolated(logarithms, l / width) + l).exp()
+                    weight * (interpolate_cubic(logarithms, l / width) + l).exp()
                 })
                 .sum();
             // ds = unit e^l dl.
@@ -270,7 +271,7 @@ impl<R: Restitution> MaxwellianMixture<R> {
         let shift = if orders < SHIFTED {
             0.0
         } else {
-            SHIFT * self.dissipation(temperatures)
+            SHIFT * self.largest_dissipation(temperatures)
         };
         let fastest = (0..temperatures.len())
             .map(|k| self.rates(k, temperatures).velocity)
@@ -289,8 +290,9 @@ impl<R: Restitution> MaxwellianMixture<R> {
         })
     }
 
-    /// Largest share `1 - e^2` of its normal energy that a pair loses at its thermal speed.
-    fn dissipation(&self, temperatures: &[f64]) -> f64 {
+    /// Computes the largest share `1 - e^2` of its normal energy that any pair of species loses at
+    /// its thermal speed.
+    fn largest_dissipation(&self, temperatures: &[f64]) -> f64 {
         let count = temperatures.len();
         let pairs = (0..count).flat_map(|k| (0..count).map(move |i| [k, i]));
         pairs
@@ -303,8 +305,9 @@ impl<R: Restitution> MaxwellianMixture<R> {
             .fold(0.0, f64::max)
     }
 
-    /// Returns the nodes `y = g^2/(2 S^2)`, speeds over S, and weights of the mean with `exp(-y)`.
-    /// Every second one is enough for polynomials with exponentials of y, and for powers of g.
+    /// Returns quadrature nodes over approach speeds: `y = g^2/(2 S^2)`, g over S, and the weight
+    /// for means with `exp(-y)`. Every second node is enough for polynomials with exponentials of
+    /// y, and for powers of g.
     fn speeds(&self) -> Vec<[f64; 3]> {
         let nodes = self.nodes().iter().step_by(2);
         let mut nodes: Vec<[f64; 3]> = nodes
@@ -320,8 +323,8 @@ impl<R: Restitution> MaxwellianMixture<R> {
         nodes
     }
 
-    /// Returns the loss in the collisions of a pair, at the spread S of a component of its relative
-    /// velocity.
+    /// Returns the change `beta` of the normal velocity in collisions of a pair of species;
+    /// `spread` is the standard deviation S of a component of its relative velocity.
     fn loss(&self, [k, i]: [usize; 2], spread: f64, speeds: &[[f64; 3]]) -> Loss {
         let [own, other] = [k, i].map(|kind| self.components()[kind].mass);
         let beta = |speed: f64| {
@@ -340,20 +343,20 @@ impl<R: Restitution> MaxwellianMixture<R> {
     }
 }
 
-/// Equations of a mixture.
+/// Differential equations of the Sonine coefficients of a mixture.
 struct System<'a, R> {
     mixture: &'a MaxwellianMixture<R>,
     layout: Layout,
     shape: Shape<3>,
-    /// Norms of the polynomials of velocities.
+    /// Norms of the Laguerre polynomials that expand velocities.
     norms: Vec<f64>,
-    /// Norms of the polynomials that are multiplied by v.
+    /// Norms of the Laguerre polynomials that multiply v, for displacements.
     vector_norms: Vec<f64>,
-    /// Squared thermal speeds `T_k/m_k` at time zero.
+    /// Squared thermal speed `T_k/m_k` of each species at time zero.
     speeds: Vec<f64>,
-    /// Shortest mean free time at time zero.
+    /// Unit of time: the shortest mean free time at time zero.
     unit: f64,
-    /// Nodes of the quadrature over speeds.
+    /// Quadrature nodes over approach speeds.
     nodes: Vec<[f64; 3]>,
 }
 
@@ -362,13 +365,14 @@ impl<R: Restitution> System<'_, R> {
         self.mixture.dimension() as f64
     }
 
-    /// Returns `<v . v L_p>` over `D T/m` of the reference: `(2/D)(p + D/2) N_p (a_p - a_(p+1))`.
-    fn flight(&self, p: usize, a: impl Fn(usize) -> f64) -> f64 {
+    /// Computes `<v . v L_p>` over `D T/m` of the reference temperature: `(2/D)(p + D/2) N_p (a_p -
+    /// a_(p+1))`.
+    fn flight_moment(&self, p: usize, a: impl Fn(usize) -> f64) -> f64 {
         let half = 0.5 * self.dimension();
         (p as f64 + half) / half * self.norms[p] * (a(p) - a(p + 1))
     }
 
-    /// Returns the values of Maxwellian velocities, `a_p = a_1^p`.
+    /// Returns the initial values of the integration, for Maxwellian velocities: `a_p = a_1^p`.
     fn start(&self, temperatures: &[f64]) -> Vec<f64> {
         let layout = self.layout;
         let maxwellian = |p: usize| layout.shift.powi(p as i32);
@@ -377,13 +381,15 @@ impl<R: Restitution> System<'_, R> {
             start.extend([(t / layout.ratio()).ln(), 0.0, 0.0]);
             start.extend((2..=layout.orders).map(maxwellian));
             start.extend(vec![0.0; layout.orders]);
-            start.extend((0..layout.orders).map(|p| self.flight(p, maxwellian) / layout.ratio()));
+            start.extend(
+                (0..layout.orders).map(|p| self.flight_moment(p, maxwellian) / layout.ratio()),
+            );
         }
         start
     }
 
-    /// Returns the values with displacements counted from now on.
-    fn anew(&self, y: &[f64]) -> Vec<f64> {
+    /// Returns the integrated values with displacements reset to zero, for a new start time.
+    fn with_displacements_reset(&self, y: &[f64]) -> Vec<f64> {
         let layout = self.layout;
         let mut fresh = y.to_vec();
         for values in fresh.chunks_mut(layout.len()) {
@@ -393,7 +399,7 @@ impl<R: Restitution> System<'_, R> {
         fresh
     }
 
-    /// Returns the equations from given values on.
+    /// Returns the initial value problem that continues from given values at time `begin`.
     fn problem(
         &self,
         begin: f64,
@@ -442,11 +448,11 @@ impl<R: Restitution> System<'_, R> {
         }
     }
 
-    /// Computes the changes of the values of species k. Without collisions, `<L_p>` of a gas whose
-    /// reference temperature changes at the rate `r` changes by `-r (p <L_p> - (p + alpha)
-    /// <L_(p-1)>)`, as `x L_p' = p L_p - (p + alpha) L_(p-1)`. For velocities `alpha` is `D/2 - 1`,
-    /// and `a_1` keeps its value if `r (1 - a_1) D/2` balances the change by collisions; with
-    /// displacements `alpha` is `D/2`.
+    /// Computes the time derivatives of the values of species k. Without collisions, `<L_p>` of a
+    /// gas whose reference temperature changes at the rate `r` changes by `-r (p <L_p> - (p +
+    /// alpha) <L_(p-1)>)`, as `x L_p' = p L_p - (p + alpha) L_(p-1)`. For velocities `alpha` is
+    /// `D/2 - 1`, and `a_1` keeps its value if `r (1 - a_1) D/2` balances the change by collisions;
+    /// with displacements `alpha` is `D/2`.
     fn of_species(&self, k: usize, values: &[&[f64]], change: &mut [f64]) {
         let (layout, orders) = (self.layout, self.layout.orders);
         let (d, own) = (self.dimension(), values[k]);
@@ -506,7 +512,7 @@ impl<R: Restitution> System<'_, R> {
                 change[at + p] -= rate * (p as f64 * own[at + p] - (p as f64 + 0.5 * d) * below);
             }
             change[layout.displaced() + p] +=
-                speed / self.speeds[k] / self.unit * self.flight(p, a);
+                speed / self.speeds[k] / self.unit * self.flight_moment(p, a);
         }
     }
 }

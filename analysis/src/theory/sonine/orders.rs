@@ -6,13 +6,13 @@ use stosszahl_model::InvalidValue;
 use super::super::error::TheoryError;
 use super::super::integrate::Tolerance;
 
-/// Tolerance of each step of the integrations.
+/// Relative and absolute tolerance of each integration step.
 pub(super) const TOLERANCE: Tolerance = Tolerance {
     relative: 1e-6,
     absolute: 1e-8,
 };
 
-/// Checks that the order is from 1 to `most`.
+/// Checks that the Sonine order is from 1 to `most`; `allowed` states this range in the error.
 pub(super) fn check_orders(
     orders: usize,
     most: usize,
@@ -24,7 +24,7 @@ pub(super) fn check_orders(
     Ok(())
 }
 
-/// Returns the norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 +
+/// Computes the norms of Laguerre's polynomials, `<S_p^2> = Gamma(p + 1 + alpha)/(p! Gamma(1 +
 /// alpha))`, for p up to `most`.
 pub(super) fn norms(alpha: f64, most: usize) -> Vec<f64> {
     let mut norms = vec![1.0];

@@ -1,4 +1,4 @@
-//! Rough particles with velocities and spins that are not Maxwellian.
+//! Sonine expansion for rough particles, whose velocities and spins are not Maxwellian.
 //!
 //! As in [`super`], with the polynomials `S_p(x) S_q(y)` of `x = m v^2/(2 T)` and `y = I w^2/(2
 //! T_r)`, so that the correlation of the sizes of velocity and spin is followed, but not that of
@@ -26,15 +26,16 @@ use super::super::rough::{RoughGas, Temperatures};
 use super::orders::{TOLERANCE, check_orders, norms};
 use super::series::{PowerSeries, Shape, Term, scaled, times};
 
-/// Largest order of the expansion.
+/// Largest Sonine order for rough particles.
 pub const MOST_ROUGH_ORDERS: usize = 3;
 
-/// State of a gas of rough particles at one time.
+/// State of a gas of rough particles at one time: temperatures and fourth cumulants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughMoment {
     /// Temperatures of translation and rotation \[energy\].
     pub temperatures: Temperatures,
-    /// Fourth cumulants of velocities and of spins, and `<v^2 w^2>/(<v^2><w^2>) - 1`.
+    /// Fourth cumulants of velocities and of spins, and their correlation `<v^2 w^2>/(<v^2><w^2>) -
+    /// 1`.
     pub cumulants: [f64; 3],
 }
 
@@ -42,14 +43,14 @@ type Polynomial = Vec<Term<6>>;
 
 const ONE: Term<6> = ([0; 6], 1.0);
 
-/// Returns a variable of the series: u, u', s, s', t or t'.
+/// Returns the polynomial term `factor` times one variable of the series: u, u', s, s', t or t'.
 fn variable(axis: usize, factor: f64) -> Term<6> {
     let mut powers = [0; 6];
     powers[axis] = 1;
     (powers, factor)
 }
 
-/// Adds polynomials, with one term for each power, the constant first.
+/// Adds polynomials; the sum has one term for each power, the constant first.
 fn sum(parts: &[&[Term<6>]]) -> Polynomial {
     let mut sum: Polynomial = vec![([0; 6], 0.0)];
     for &(powers, value) in parts.iter().copied().flatten() {
@@ -61,7 +62,8 @@ fn sum(parts: &[&[Term<6>]]) -> Polynomial {
     sum
 }
 
-/// Computes the changes of `<S_p S_q>` by collisions, by the coefficients of both particles.
+/// Computes the collision kernel: changes of `<S_p S_q>`, as coefficients of the products of the
+/// Sonine coefficients of both particles.
 fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> PowerSeries {
     let [eta, q] = gas.surface;
     let (kappa, z) = (eta / q, ratio / q);
@@ -108,8 +110,8 @@ fn kernel(gas: &RoughGas, shape: Shape<6>, ratio: f64) -> PowerSeries {
     shape.product(&change, &shape.power(&same_spin, rest))
 }
 
-/// Equations of the gas: values are the logarithms of T and `T_r` and the coefficients `a_pq` by
-/// rows, of which `a_10` and `a_01` stay zero.
+/// Differential equations of a gas of rough particles. Values are the logarithms of T and `T_r` and
+/// the coefficients `a_pq` by rows, of which `a_10` and `a_01` stay zero.
 struct System {
     gas: RoughGas,
     shape: Shape<6>,
@@ -184,10 +186,9 @@ impl System {
 }
 
 impl RoughGas {
-    /// Computes the temperatures of [`Self::cooling`] with the magnitudes of velocities and spins
-    /// expanded to the given order in Sonine polynomials; they are Maxwellian at time zero. The
-    /// first order has the correlation of both sizes, but no fourth cumulants; three settle to 0.3
-    /// % of the temperatures.
+    /// Computes the cooling of [`Self::cooling`] with Sonine expansions of velocities and spins,
+    /// Maxwellian at time zero. The first order has the correlation of both magnitudes, but no
+    /// fourth cumulants; three orders give temperatures to 0.3 %.
     ///
     /// # Errors
     /// [`TheoryError::Invalid`] if a temperature is not above zero, or the order is not from 1 to
@@ -261,8 +262,8 @@ mod tests {
         first_slopes::<Plane>();
     }
 
-    /// Smooth particles keep their spins and cool as without them. Tolerance: 1e-5, for some hundred
-    /// integration steps with errors of at most 1e-6 each that largely cancel.
+    /// Smooth particles keep their spins and cool as without them. Tolerance: 1e-5, for some
+    /// hundred integration steps with errors of at most 1e-6 each that largely cancel.
     #[test]
     fn smooth_grains_cool_as_without_spins() {
         let one = Component {

@@ -1,28 +1,28 @@
-//! Power series in several variables, cut after given powers of each.
+//! Arithmetic of power series in several variables, truncated after given powers of each.
 
-/// Number of powers of each variable that are kept, from the zeroth on.
+/// Shape of a truncated power series: number of powers of each variable, the zeroth included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape<const V: usize>(pub [usize; V]);
 
-/// Term of a polynomial: its powers and its coefficient.
+/// Term of a polynomial in V variables: its powers and its coefficient.
 pub(crate) type Term<const V: usize> = ([usize; V], f64);
 
-/// Coefficients of a power series, the last variable running fastest.
+/// Coefficients of a truncated power series; the last variable runs fastest.
 pub(crate) type PowerSeries = Vec<f64>;
 
 impl<const V: usize> Shape<V> {
-    /// Number of coefficients.
+    /// Returns the number of coefficients of a series.
     pub fn len(self) -> usize {
         self.0.iter().product()
     }
 
-    /// Index of the coefficient of given powers; linear in them.
+    /// Returns the index of the coefficient of given powers; the index is linear in the powers.
     pub fn index(self, powers: [usize; V]) -> usize {
         let axes = powers.iter().zip(&self.0);
         axes.fold(0, |index, (power, size)| index * size + power)
     }
 
-    /// Returns all powers that are kept, in the order of their coefficients.
+    /// Returns all powers of a series, in the order of their coefficients.
     pub fn powers(self) -> impl Iterator<Item = [usize; V]> {
         (0..self.len()).map(move |mut index| {
             let mut powers = [0; V];
@@ -34,8 +34,8 @@ impl<const V: usize> Shape<V> {
         })
     }
 
-    /// Calls `act` with the first index of each run of powers of the last variable, for powers of
-    /// all other variables from 0 to `most`.
+    /// Calls `act` with the index of the first coefficient of each run along the last variable. The
+    /// powers of all other variables go from 0 to `most`.
     fn runs(self, most: [usize; V], act: &mut impl FnMut(usize)) {
         let mut at = [0; V];
         loop {
@@ -48,7 +48,7 @@ impl<const V: usize> Shape<V> {
         }
     }
 
-    /// Adds `factor` times the product of a series with a polynomial.
+    /// Adds `factor` times the product of a series and a polynomial to `sum`.
     pub fn add_times(self, sum: &mut [f64], series: &[f64], terms: &[Term<V>], factor: f64) {
         for &(shift, value) in terms {
             if value == 0.0 || (0..V).any(|axis| shift[axis] >= self.0[axis]) {
@@ -92,8 +92,8 @@ impl<const V: usize> Shape<V> {
         product
     }
 
-    /// Computes a real power of a polynomial whose constant term, which must be the first, is above
-    /// zero.
+    /// Computes a real power of a polynomial as a power series. The constant term must be the first
+    /// and above zero.
     ///
     /// With the Euler operator E, the sum of x d/dx over the variables, and Q = P^a,
     /// `P E Q = a Q E P`; power by power that is
@@ -121,7 +121,7 @@ impl<const V: usize> Shape<V> {
         power
     }
 
-    /// Computes the exponential of a series, whose constant term is ignored: `|n| Q_n = sum_i |i|
+    /// Computes the exponential of a power series without its constant term: `|n| Q_n = sum_i |i|
     /// P_i Q_(n - i)`.
     pub fn exponential(self, series: &[f64]) -> PowerSeries {
         let weighted: PowerSeries = self
@@ -147,7 +147,7 @@ impl<const V: usize> Shape<V> {
     }
 }
 
-/// Adds the product of two series in one variable.
+/// Adds the product of two series in one variable to `sum`.
 fn add_product(sum: &mut [f64], a: &[f64], b: &[f64]) {
     for (shift, b) in b.iter().enumerate() {
         for (sum, a) in sum[shift..].iter_mut().zip(a) {

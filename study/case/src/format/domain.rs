@@ -49,11 +49,11 @@ pub struct FacesSpec {
     pub front: FaceSpec,
 }
 
-/// Names of the faces, lower and upper, by axis.
+/// Names of the six faces of the box: lower and upper, by axis.
 pub const FACES: [[&str; 2]; 3] = [["left", "right"], ["bottom", "top"], ["back", "front"]];
 
 impl FacesSpec {
-    /// Returns the face of an axis and side (0 lower, 1 upper).
+    /// Returns the face of the box at an axis and a side (0 lower, 1 upper).
     pub fn face_at(&self, axis: usize, side: usize) -> &FaceSpec {
         match (axis, side) {
             (0, 0) => &self.left,
@@ -65,12 +65,12 @@ impl FacesSpec {
         }
     }
 
-    /// Returns all faces; in the plane those of the third axis are periodic.
+    /// Returns all faces of the box; in the plane those of the third axis are periodic.
     pub fn all_faces(&self) -> impl Iterator<Item = &FaceSpec> {
         (0..3).flat_map(|axis| [0, 1].map(|side| self.face_at(axis, side)))
     }
 
-    /// Returns true if all faces are periodic.
+    /// Returns true if all faces of the box are periodic.
     pub fn is_periodic(&self) -> bool {
         *self == Self::default()
     }
@@ -80,14 +80,14 @@ impl FacesSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum FaceSpec {
-    /// A word.
+    /// Face of the box given by a word.
     Word(FaceWord),
-    /// A wall.
+    /// Face of the box that is a wall with properties.
     Wall(WallSpec),
 }
 
 impl FaceSpec {
-    /// Returns true if particles bounce off the face.
+    /// Returns true if particles bounce off the face of the box.
     pub fn is_wall(&self) -> bool {
         !matches!(self, Self::Word(FaceWord::Periodic | FaceWord::Open))
     }
@@ -103,15 +103,15 @@ impl Default for FaceSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaceWord {
-    /// Particles that leave here enter on the opposite side.
+    /// Periodic face: particles that leave here enter on the opposite side.
     Periodic,
-    /// A wall that reverses the normal velocity and nothing else.
+    /// Specular wall: it reverses the normal velocity and nothing else.
     Specular,
-    /// Particles that leave are gone. Monte Carlo only.
+    /// Open face: particles that leave are gone. Monte Carlo only.
     Open,
 }
 
-/// A wall: `restitution` and `slip`, or `temperature`.
+/// Wall at a face of the box: `restitution` and `slip`, or `temperature`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WallSpec {
@@ -132,7 +132,7 @@ pub struct WallSpec {
     pub vibration: Option<VibrationSpec>,
 }
 
-/// A wall that goes into the gas and back at constant speed.
+/// Vibration of a wall, which goes into the gas and back at constant speed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VibrationSpec {
@@ -144,7 +144,7 @@ pub struct VibrationSpec {
     pub period: f64,
 }
 
-/// A body inside the box: one of three shapes, and its surface.
+/// Obstacle inside the box: one of three shapes, and its surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObstacleSpec {
@@ -167,7 +167,7 @@ pub struct ObstacleSpec {
     pub temperature: Option<f64>,
 }
 
-/// Circle inside the box.
+/// Circle inside the box, the outline of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CircleSpec {
@@ -178,7 +178,7 @@ pub struct CircleSpec {
     pub radius: f64,
 }
 
-/// A stream through an open face: the flux of a drifting Maxwellian.
+/// Inflow through an open face: the flux of a drifting Maxwellian.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InflowSpec {

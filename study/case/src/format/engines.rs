@@ -40,36 +40,36 @@ pub struct EnginesSpec {
     pub homogeneous: Option<HomogeneousSpec>,
 }
 
-/// Monte Carlo scheme of the format: the engine's name, the keys of its table, and which gases it
-/// fits.
+/// Monte Carlo scheme in the case format: the engine's name, the keys of its table, and which gases
+/// the scheme is for.
 pub struct SchemeFormat {
     /// Name of the engine.
     pub engine: &'static str,
-    /// Keys of its table that other schemes may lack.
+    /// Keys of the engine's table that not all schemes have.
     own_keys: &'static [&'static str],
-    /// True if partners are sought across cells.
+    /// True if the scheme selects collision partners across cells.
     pub is_cross_cell: bool,
-    /// True if the scheme is of disks alone.
+    /// True if the scheme is for disks only.
     pub is_planar: bool,
-    /// Returns the table of a case.
+    /// Returns the engine's table in a case.
     pub table: fn(&EnginesSpec) -> &Option<MonteCarloSpec>,
-    /// Returns the table of a case, to be changed.
+    /// Returns the engine's table in a case, mutably.
     pub table_mut: fn(&mut EnginesSpec) -> &mut Option<MonteCarloSpec>,
 }
 
 impl SchemeFormat {
-    /// Returns all keys of the scheme's table.
+    /// Returns all keys that the engine's table can have.
     pub fn keys(&self) -> Vec<&'static str> {
-        /// Keys of all schemes.
+        /// Keys that the tables of all Monte Carlo schemes in cells have.
         const ALL: &[&str] = &["simulators_per_particle", "wall_contact"];
-        /// Keys of schemes with partners within a cell.
+        /// Keys of Monte Carlo schemes that select partners within a cell.
         const WITHIN_CELL: &[&str] = &[
             "cell_size",
             "steps_per_cell_crossing",
             "displacement",
             "weights",
         ];
-        /// Keys of schemes with partners across cells.
+        /// Keys of Monte Carlo schemes that select partners across cells.
         const CROSS_CELL: &[&str] = &["steps_per_mean_free_time"];
         let shared = if self.is_cross_cell {
             CROSS_CELL
@@ -81,7 +81,8 @@ impl SchemeFormat {
 }
 
 impl EnginesSpec {
-    /// Returns the table of an engine in cells, to be changed; `None` if the case does not have it.
+    /// Returns the table of a Monte Carlo engine in cells, mutably; `None` if the case does not
+    /// have it.
     pub fn monte_carlo_mut(&mut self, engine: &str) -> Option<&mut MonteCarloSpec> {
         let format = SCHEMES.iter().find(|scheme| scheme.engine == engine)?;
         (format.table_mut)(self).as_mut()
@@ -208,17 +209,17 @@ pub struct MonteCarloSpec {
     pub weights: Option<WeightsSpec>,
 }
 
-/// Displacement of the partners of a collision.
+/// Displacement of the partners of a collision (consistent Boltzmann algorithm).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DisplacementSpec {
-    /// Displacement by one diameter, or none.
+    /// Displacement of the partners by one diameter, or none.
     Switch(bool),
-    /// Displacement by the inelastic length.
+    /// Displacement of the partners by the inelastic length.
     Word(Inelastic),
 }
 
-/// Word for the inelastic length.
+/// Word for the inelastic length of a displacement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Inelastic {
@@ -230,13 +231,13 @@ pub enum Inelastic {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum DensityWindowSpec {
-    /// Cells on each side.
+    /// Number of cells on each side over which the packing fraction is taken.
     Cells(#[schemars(range(min = 0, max = 50))] u64),
-    /// The whole box.
+    /// Mean packing fraction of the whole box.
     Whole(Mean),
 }
 
-/// Word for the whole box.
+/// Word for the mean packing fraction of the whole box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mean {
@@ -248,23 +249,23 @@ pub enum Mean {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SimulatorStartSpec {
-    /// Each set moved and turned at random.
+    /// Each set of simulators is a copy of the start, moved and turned at random.
     Independent,
-    /// Each set with the long waves of the start.
+    /// Each set of simulators has the long waves of the start.
     Coherent,
 }
 
-/// Contact of particles with walls.
+/// Part of a particle that touches walls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallsActOn {
     /// Walls act on the centre of a particle.
     Centre,
-    /// Walls act at the radius of a particle.
+    /// Walls act at the surface of a particle, a radius from its centre.
     Radius,
 }
 
-/// Weights of simulators by region: stripes of equal width.
+/// Weights of simulators by region of the box: stripes of equal width.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WeightsSpec {
@@ -280,7 +281,7 @@ pub struct WeightsSpec {
     pub adaptive_stripes: Option<u64>,
 }
 
-/// An axis of the plane.
+/// Axis of the plane across the stripes of weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StripeAxis {
@@ -290,7 +291,7 @@ pub enum StripeAxis {
     Y,
 }
 
-/// Monte Carlo collisions without positions.
+/// Monte Carlo engine of a gas without positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HomogeneousSpec {
@@ -298,15 +299,16 @@ pub struct HomogeneousSpec {
     pub selection: SelectionSpec,
 }
 
-/// A selection of pairs.
+/// Algorithm that selects colliding pairs in a gas without positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SelectionSpec {
-    /// Groups of like speed and size in alias tables: the fastest.
+    /// Alias tables over groups of like speed and size: the fastest selection of pairs.
     #[default]
     AliasTables,
-    /// Products of the weights of size classes, found in trees (Bodrova & Osinsky 2024).
+    /// Low-rank majorant: products of the weights of size classes, found in trees (Bodrova &
+    /// Osinsky 2024).
     LowRank,
-    /// Bird's single majorant.
+    /// Single majorant of all pairs, by Bird.
     SingleMajorant,
 }

@@ -62,13 +62,14 @@ fn two() -> u64 {
 }
 
 impl GasSpec {
-    /// Returns the volume of the simulated gas: the volume over the particles per simulator.
+    /// Returns the volume of the simulated gas \[length^D\]: `volume` over the particles per
+    /// simulator.
     pub fn simulated_volume(&self) -> Option<f64> {
         Some(self.volume? / self.particles_per_simulator.unwrap_or(1.0))
     }
 }
 
-/// Effect of density on collision rates.
+/// Effect of density on collision rates, by the contact value of the pair correlation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PairCorrelationSpec {
@@ -111,8 +112,8 @@ pub struct SpeciesSpec {
     pub tracer: bool,
 }
 
-/// Very many species by a power law: mass k, diameter `k^(1/D)`, number `N k^-exponent`, k = 1, 2,
-/// 3 and on.
+/// Power law of very many species: mass k, diameter `k^(1/D)`, number `N k^-exponent`, k = 1, 2, 3
+/// and on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PowerLaw {
@@ -134,14 +135,14 @@ pub struct PowerLaw {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rounding {
-    /// Numbers rounded down.
+    /// Numbers of particles rounded down.
     Down,
-    /// Numbers rounded to the nearest.
+    /// Numbers of particles rounded to the nearest whole number.
     #[default]
     Nearest,
 }
 
-/// Every particle with its own size.
+/// Particles of individual sizes from a continuous distribution.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolydisperseSpec {
@@ -172,13 +173,14 @@ fn twelve() -> u64 {
     12
 }
 
-/// A distribution of diameters.
+/// Distribution of the diameters of particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DiameterDistribution {
-    /// Equal chances from the mean less to the mean plus `sqrt(3)` standard deviations.
+    /// Uniform distribution of diameters, from the mean less to the mean plus `sqrt(3)` standard
+    /// deviations.
     Uniform,
-    /// The logarithm of the diameter is normally distributed.
+    /// Log-normal distribution: the logarithm of the diameter is normally distributed.
     LogNormal,
 }
 
@@ -193,7 +195,8 @@ pub struct PairSpec {
     pub restitution: RestitutionSpec,
 }
 
-/// When particles stick together or break. Without thresholds every pair that meets sticks.
+/// Rule of aggregation and fragmentation: when particles stick together or break. Without
+/// thresholds every pair that meets sticks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AggregationSpec {
@@ -226,35 +229,35 @@ pub struct AggregationSpec {
 }
 
 impl AggregationSpec {
-    /// Returns true if some pairs do not stick.
+    /// Returns true if some colliding pairs do not stick together.
     pub fn may_bounce(&self) -> bool {
         self.aggregate_below.is_some() || self.aggregate_below_speed.is_some() || self.breaks()
     }
 
-    /// Returns true if some pairs break.
+    /// Returns true if some colliding pairs break into monomers.
     pub fn breaks(&self) -> bool {
         self.fragment_above.is_some() || self.fragment_above_speed.is_some()
     }
 }
 
-/// A part of the energy of the relative motion.
+/// Part of the kinetic energy of the relative motion of a pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EnergyPart {
-    /// All of the relative motion, `mu g^2/2`.
+    /// All of the energy of the relative motion, `mu g^2/2`.
     #[default]
     Full,
-    /// Motion along the line of centres, `mu (g . e)^2/2`.
+    /// Energy of the motion along the line of centres, `mu (g . e)^2/2`.
     Normal,
 }
 
-/// Test that comes first.
+/// Test of a colliding pair that comes first where both apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FirstTest {
-    /// Aggregation first.
+    /// Test for aggregation first.
     #[default]
     Aggregation,
-    /// Fragmentation first.
+    /// Test for fragmentation first.
     Fragmentation,
 }

@@ -1,4 +1,5 @@
-//! Questions about a case that its defaults, checks and measurements follow from.
+//! Properties of the gas that a case describes, such as `has_box` and `is_elastic`. Defaults,
+//! checks and measurements depend on them.
 
 use super::{Case, FaceSpec, FaceWord};
 
@@ -9,7 +10,8 @@ impl Case {
         self.domain.is_some()
     }
 
-    /// Returns true if there are walls, openings or obstacles, which a gas is at rest against.
+    /// Returns true if the gas has walls, openings or obstacles, which single out a frame of
+    /// reference.
     pub fn is_bounded(&self) -> bool {
         !self.walls.is_periodic() || !self.obstacle.is_empty()
     }
@@ -20,23 +22,23 @@ impl Case {
         self.walls.all_faces().any(|face| *face == open)
     }
 
-    /// Returns true if all places are alike: no walls, openings, obstacles or gravity. A gas without
-    /// positions is uniform by construction.
+    /// Returns true if the gas is homogeneous by its setup: no walls, openings, obstacles or
+    /// gravity. A gas without positions is so by construction.
     pub fn is_uniform(&self) -> bool {
         !self.is_bounded() && self.gravity.is_none()
     }
 
-    /// Returns true for a gas in a box in which all places are alike.
+    /// Returns true for a gas in a periodic box without obstacles or gravity.
     pub fn is_uniform_box(&self) -> bool {
         self.has_box() && self.is_uniform()
     }
 
-    /// Returns true if particles spin.
+    /// Returns true if the particles are rough and spin.
     pub fn is_rough(&self) -> bool {
         self.gas.tangential_restitution.is_some()
     }
 
-    /// Returns true for a uniform shear flow.
+    /// Returns true for a uniform shear flow, with Lees-Edwards boundaries.
     pub fn is_sheared(&self) -> bool {
         let shear_rate = self.domain.as_ref().and_then(|domain| domain.shear_rate);
         shear_rate.is_some()

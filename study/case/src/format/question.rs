@@ -1,4 +1,4 @@
-//! The question of a case: its words, and the number that answers it.
+//! The table `[question]` of a case: question text, and the number that answers it.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,13 +31,13 @@ pub struct QuestionSpec {
 }
 
 impl QuestionSpec {
-    /// Returns true if nothing is asked.
+    /// Returns true if no key of the question is set.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Question in the comment that the text of a case begins with, up to the question mark; `None`
+/// Returns the question in the comment at the beginning of a case, up to the question mark; `None`
 /// without one.
 ///
 /// ```
@@ -55,7 +55,8 @@ pub fn leading_question(text: &str) -> Option<String> {
 }
 
 impl Case {
-    /// Title made of what is run: "Free cooling of 2500 disks, packing 0.25, restitution 0.8".
+    /// Derives a title from what is run: "Free cooling of 2500 disks, packing 0.25, restitution
+    /// 0.8".
     pub(crate) fn derived_title(&self) -> String {
         let particles = match (self.is_rough(), self.gas.dimension) {
             (false, 2) => "disks",

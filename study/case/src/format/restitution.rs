@@ -1,5 +1,4 @@
-//! Laws of normal restitution that a case can name: their keys, and all that the format knows of
-//! them.
+//! Laws of normal restitution in the case format: their keys, checks and properties.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,14 +8,15 @@ use serde_json::json;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum RestitutionSpec {
-    /// The same restitution at every approach speed.
+    /// Constant restitution at every approach speed.
     Constant(#[schemars(range(min = 0.0, max = 1.0))] f64),
-    /// The Delta model: a pair that approaches at the normal speed g separates at
-    /// `coefficient * g + 2 * delta`.
+    /// Delta model: a pair that approaches at the normal speed g separates at `coefficient * g +
+    /// 2 * delta`.
     Delta(DeltaModelSpec),
-    /// A constant for normal approach speeds from a threshold on; slower contacts are elastic.
+    /// Threshold model: a constant for normal approach speeds from a threshold on; slower contacts
+    /// are elastic.
     Threshold(ThresholdModelSpec),
-    /// Restitution that falls with the approach speed.
+    /// Viscoelastic restitution, which falls with the approach speed.
     Viscoelastic(ViscoelasticSpec),
 }
 
@@ -27,7 +27,7 @@ impl Default for RestitutionSpec {
 }
 
 impl RestitutionSpec {
-    /// Returns the law in the words of a title.
+    /// Returns a description of the restitution law for a title.
     pub fn title(&self) -> String {
         match self {
             Self::Constant(restitution) => format!("restitution {restitution}"),
@@ -40,7 +40,8 @@ impl RestitutionSpec {
         }
     }
 
-    /// Coefficient of restitution for estimates that know no approach speed, from 0 to 1.
+    /// Returns a coefficient of restitution, from 0 to 1, for estimates that do not depend on the
+    /// approach speed.
     pub fn coefficient(&self) -> f64 {
         match self {
             Self::Constant(coefficient) => *coefficient,
@@ -50,23 +51,23 @@ impl RestitutionSpec {
         }
     }
 
-    /// Returns true if contacts conserve energy.
+    /// Returns true if contacts under this restitution law conserve energy.
     pub fn is_elastic(&self) -> bool {
         *self == Self::Constant(1.0)
     }
 
-    /// Returns true if contacts may add energy.
+    /// Returns true if contacts under this restitution law may add energy.
     pub fn heats(&self) -> bool {
         matches!(self, Self::Delta(_))
     }
 
-    /// Returns true if the law follows from the constants of a material, so that unlike pairs have
-    /// unlike laws.
+    /// Returns true if the restitution follows from material constants, so that it differs between
+    /// pairs of species.
     pub fn is_of_material(&self) -> bool {
         matches!(self, Self::Viscoelastic(law) if law.material().is_some())
     }
 
-    /// Returns the allowed combination of keys if the law has another one.
+    /// Checks which keys are given together; returns the allowed combination if they are invalid.
     pub(crate) fn fault(&self) -> Option<&'static str> {
         match self {
             Self::Constant(_) | Self::Delta(_) | Self::Threshold(_) => None,
@@ -86,8 +87,8 @@ impl RestitutionSpec {
     }
 }
 
-/// Contacts that dissipate and heat (Brito, Risso & Soto 2013): a shaken shallow layer seen from
-/// above.
+/// Delta model, whose contacts dissipate and heat (Brito, Risso & Soto 2013): a shaken shallow
+/// layer seen from above.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeltaModelSpec {
@@ -100,8 +101,8 @@ pub struct DeltaModelSpec {
     pub delta: f64,
 }
 
-/// Contacts that dissipate above a threshold of the approach speed alone (Ben-Naim, Chen, Doolen &
-/// Redner 1999): the simplest law without inelastic collapse.
+/// Threshold model, whose contacts dissipate above a threshold of the approach speed alone
+/// (Ben-Naim, Chen, Doolen & Redner 1999): the simplest law without inelastic collapse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ThresholdModelSpec {
@@ -134,7 +135,8 @@ pub struct ViscoelasticSpec {
 }
 
 impl ViscoelasticSpec {
-    /// Returns Young's modulus, Poisson's ratio and the viscosities, if they are given.
+    /// Returns Young's modulus, Poisson's ratio and both viscosities of the material; `None` unless
+    /// all are given.
     pub fn material(&self) -> Option<(f64, f64, [f64; 2])> {
         Some((self.young_modulus?, self.poisson_ratio?, self.viscosities?))
     }

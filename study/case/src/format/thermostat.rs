@@ -34,9 +34,9 @@ pub enum ThermostatKind {
     /// Scaling of all velocities to the energy of the start, in gases without positions or in a
     /// periodic box.
     Rescaling,
-    /// Independent random kicks, in any box.
+    /// White noise: independent random kicks, in any box.
     WhiteNoise,
-    /// Drag and random kicks of a bath at rest with a temperature, in any box.
+    /// Langevin bath: drag and random kicks of a bath at rest with a temperature, in any box.
     Langevin,
 }
 

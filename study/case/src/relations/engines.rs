@@ -1,4 +1,4 @@
-//! Checks of engines: which gases they fit, and which keys they have.
+//! Checks of the engines of a case: which gases each is for, and which keys its table has.
 
 use super::{Checked, Relations};
 use crate::format::{
@@ -133,7 +133,7 @@ impl Relations<'_> {
     }
 }
 
-/// Names of the engines with partners within a cell.
+/// Returns the names of the Monte Carlo engines that select partners within a cell.
 pub(super) fn within_cell() -> Vec<&'static str> {
     let within = SCHEMES.iter().filter(|scheme| !scheme.is_cross_cell);
     within.map(|scheme| scheme.engine).collect()

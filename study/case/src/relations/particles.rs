@@ -1,4 +1,4 @@
-//! Checks of the gas: numbers, sizes and contact laws of its particles.
+//! Checks of the particles of a case: numbers, sizes and contact laws.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use crate::error::brief_number;
 use crate::format::{DiameterDistribution, PlacementSpec, Rounding, UnitsSpec, VelocitiesSpec};
 
 impl Relations<'_> {
-    /// Checks that the number of particles is given in one way.
+    /// Checks that the number of particles is determined in exactly one way.
     pub(super) fn particles(&self) -> Checked {
         let case = self.case;
         let shares = case.species.iter().any(|one| one.share.is_some());
@@ -94,7 +94,8 @@ impl Relations<'_> {
         Ok(())
     }
 
-    /// Number and diameter of each species; empty if a file or a law gives them.
+    /// Returns number and diameter of each species; empty if a start file or a size distribution
+    /// determines them.
     pub(super) fn contents(&self) -> Vec<(f64, f64)> {
         let gas = &self.case.gas;
         let all = gas.number.unwrap_or(0) as f64;
@@ -117,7 +118,7 @@ impl Relations<'_> {
         species.collect()
     }
 
-    /// Checks that each law of restitution has the keys that go together.
+    /// Checks that each law of restitution has a valid combination of keys.
     pub(super) fn laws(&self) -> Checked {
         let pairs = self.case.pair.iter().enumerate();
         let of_pairs = pairs

@@ -1,4 +1,4 @@
-//! Relations between keys of the box, its walls, obstacles and inflows.
+//! Checks of relations between the keys of the box, its walls, obstacles and inflows.
 
 use std::f64::consts::PI;
 
@@ -74,7 +74,7 @@ impl Relations<'_> {
         Ok(())
     }
 
-    /// Checks a uniform shear flow, and keys that do not go with it.
+    /// Checks the keys of a uniform shear flow, and keys that are invalid with one.
     fn shear(&self) -> Checked {
         let case = self.case;
         let Some(rate) = case.domain.as_ref().and_then(|domain| domain.shear_rate) else {

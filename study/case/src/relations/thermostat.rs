@@ -1,17 +1,17 @@
-//! The thermostat: its keys by kind, and gases that it does not go with.
+//! Checks of the thermostat: its keys by kind, and gases that it is not for.
 
 use toml::Table;
 
 use super::{Checked, Relations, refusal};
 use crate::format::{AggregationSpec, Case, ThermostatKind, ThermostatSpec};
 
-/// Most scalings and kicks in a run.
+/// Largest number of thermostat scalings and kicks in a run.
 const MOST_SCALINGS: f64 = 1e7;
 const MOST_KICKS: f64 = 1e9;
-/// Largest drag times interval of a Langevin bath.
+/// Largest product of drag and interval of a Langevin bath.
 const LARGEST_DAMPING: f64 = 100.0;
 
-/// Refuses a table that `[thermostat]` replaces.
+/// Returns a problem if a case has one of the old tables that `[thermostat]` replaces.
 pub(crate) fn replaced(table: &Table) -> Checked {
     let allowed = "[thermostat] with kind = \"white-noise\", and heating and interval as here";
     if table.contains_key("drive") {
@@ -20,7 +20,8 @@ pub(crate) fn replaced(table: &Table) -> Checked {
     Ok(())
 }
 
-/// Returns true if gravity pulls along a periodic axis of a box without any walls or obstacles.
+/// Returns true if gravity accelerates particles for ever: along a periodic axis of a box without
+/// walls or obstacles.
 fn falls_for_ever(case: &Case) -> bool {
     let pulls = case.gravity.as_ref().is_some_and(|gravity| {
         let mut parts = gravity.acceleration.iter();
@@ -52,7 +53,7 @@ impl Relations<'_> {
         )
     }
 
-    /// Checks that all given keys belong to the kind of thermostat.
+    /// Checks that all given thermostat keys belong to its kind.
     fn keys_of_kind(&self, thermostat: &ThermostatSpec) -> Checked {
         let key = |name: &str| format!("thermostat.{name}");
         let (required, idle): (&[&str], &[(&str, &str)]) = match thermostat.kind {
@@ -84,7 +85,7 @@ impl Relations<'_> {
         Ok(())
     }
 
-    /// Checks a gas whose velocities are scaled to the energy of the start.
+    /// Checks a case whose thermostat scales velocities to the initial energy.
     fn rescaling(&self) -> Checked {
         let case = self.case;
         if !case.has_box() {
@@ -102,7 +103,7 @@ impl Relations<'_> {
         self.ensure(moves_freely, "thermostat.kind", allowed)
     }
 
-    /// Checks a gas in a bath of random kicks.
+    /// Checks a case whose thermostat is a bath of random kicks.
     fn bath(&self, thermostat: &ThermostatSpec) -> Checked {
         let case = self.case;
         let allowed =

@@ -1,11 +1,11 @@
-//! Vector drawing in points: paths and lines of text, from which SVG and PDF are written.
+//! Vector drawing as paths and lines of text in points, from which SVG and PDF are written.
 //!
 //! Nothing is clipped by the file formats: lines are cut at the frame of their panel here, so that
 //! programs for drawings find plain paths, and drawings on one page need no identifiers.
 
 use super::font::Glyph;
 
-/// Colour: red, green and blue.
+/// Colour of a line or area: red, green and blue from 0 to 255.
 pub(crate) type Colour = [u8; 3];
 
 /// Black, the colour of axes and text.
@@ -16,17 +16,17 @@ pub(crate) const WHITE: Colour = [255, 255, 255];
 /// Segment of a path; coordinates \[pt\] from the upper left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Segment {
-    /// Start of a subpath.
+    /// Start of a subpath, at a point.
     Move([f64; 2]),
-    /// Straight line.
+    /// Straight line to a point.
     Line([f64; 2]),
     /// Cubic Bézier curve: two control points and the end.
     Curve([f64; 2], [f64; 2], [f64; 2]),
-    /// Straight line to the start of the subpath.
+    /// Straight line back to the start of the subpath.
     Close,
 }
 
-/// Pen of a stroked path.
+/// Pen of a stroked path: line width, colour and dashes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pen {
     /// Width of the line \[pt\].
@@ -38,7 +38,7 @@ pub(crate) struct Pen {
 }
 
 impl Pen {
-    /// Creates a solid pen.
+    /// Creates a pen for solid lines.
     pub const fn solid(width: f64, colour: Colour) -> Self {
         Self {
             width,
@@ -48,49 +48,49 @@ impl Pen {
     }
 }
 
-/// Item of a drawing.
+/// Element of a vector drawing: a path, or a line of text.
 #[derive(Clone, Debug)]
 pub(crate) enum Item {
     /// Path that is filled, stroked, or both.
     Path {
         /// Segments of the path.
         segments: Vec<Segment>,
-        /// Colour of its inside.
+        /// Fill colour inside the path; `None` if it is not filled.
         fill: Option<Colour>,
-        /// Pen of its outline.
+        /// Pen of the outline; `None` if the path is not stroked.
         pen: Option<Pen>,
     },
-    /// Line of text.
+    /// Line of text at a position.
     Text(Text),
 }
 
-/// Line of text at a position.
+/// Line of text placed on a drawing.
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
-    /// Start of the base line \[pt\].
+    /// Start of the text's base line \[pt\].
     pub at: [f64; 2],
-    /// True for text that runs upwards.
+    /// True for text that is turned by 90° and runs upwards.
     pub upwards: bool,
-    /// Letters with their places on the base line.
+    /// Glyphs of the text with their places on the base line.
     pub glyphs: Vec<Glyph>,
 }
 
 /// Drawing of a figure in points, with the origin in the upper left corner.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Canvas {
-    /// Width and height \[pt\].
+    /// Width and height of the drawing \[pt\].
     pub size: [f64; 2],
-    /// Items, drawn in this order.
+    /// Elements of the drawing, in the order in which they are drawn.
     pub items: Vec<Item>,
 }
 
 impl Canvas {
-    /// Adds a stroked path; an empty one is left out.
+    /// Adds a stroked path to the drawing, unless it is empty.
     pub fn stroke(&mut self, segments: Vec<Segment>, pen: Pen) {
         self.path(segments, None, Some(pen));
     }
 
-    /// Adds a path; an empty one is left out.
+    /// Adds a filled or stroked path to the drawing, unless it is empty.
     pub fn path(&mut self, segments: Vec<Segment>, fill: Option<Colour>, pen: Option<Pen>) {
         if !segments.is_empty() {
             self.items.push(Item::Path {
@@ -102,7 +102,7 @@ impl Canvas {
     }
 }
 
-/// Rectangle: left, top, right and bottom \[pt\].
+/// Rectangular area of a drawing, with its edges \[pt\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Area {
     /// Left edge of the area \[pt\].
@@ -116,17 +116,18 @@ pub(crate) struct Area {
 }
 
 impl Area {
-    /// Width of the area \[pt\].
+    /// Returns the width of the area \[pt\].
     pub fn width(&self) -> f64 {
         self.right - self.left
     }
 
-    /// Height of the area \[pt\].
+    /// Returns the height of the area \[pt\].
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }
 
-    /// Point at shares of width and height, the latter from the bottom.
+    /// Returns the point at given shares of width and height, counted from the lower left corner
+    /// \[pt\].
     pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             self.left + x * self.width(),
@@ -134,13 +135,13 @@ impl Area {
         ]
     }
 
-    /// Returns true if a point is inside, or at most `room` outside.
+    /// Returns true if a point is inside the area, or at most `room` outside \[pt\].
     pub fn holds(&self, [x, y]: [f64; 2], room: f64) -> bool {
         (self.left - room..=self.right + room).contains(&x)
             && (self.top - room..=self.bottom + room).contains(&y)
     }
 
-    /// Moves a point to the closest one inside.
+    /// Returns the point of the area that is closest to a given point \[pt\].
     pub fn clamp(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             x.clamp(self.left, self.right.max(self.left)),
@@ -148,7 +149,7 @@ impl Area {
         ]
     }
 
-    /// Closed path along the edges.
+    /// Returns the closed path along the edges of the area.
     pub fn outline(&self) -> Vec<Segment> {
         vec![
             Segment::Move([self.left, self.top]),
@@ -159,7 +160,7 @@ impl Area {
         ]
     }
 
-    /// Clips a straight line to the area; `None` if all of it is outside (Liang and Barsky).
+    /// Clips a straight line to the area; `None` if all of it is outside (Liang-Barsky algorithm).
     pub fn cut(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let step = [to[0] - from[0], to[1] - from[1]];
         let (mut first, mut last) = (0.0_f64, 1.0_f64);
@@ -186,8 +187,8 @@ impl Area {
         })
     }
 
-    /// Clips the polyline through some points to the area, and returns its path; `None` among the
-    /// points breaks the line.
+    /// Clips the polyline through some points to the area, and returns its path. `None` among the
+    /// points interrupts the polyline.
     pub fn cut_line(&self, points: &[Option<[f64; 2]>]) -> Vec<Segment> {
         let mut segments = Vec::new();
         let mut pen: Option<[f64; 2]> = None;

@@ -1,71 +1,71 @@
-//! Letters: the fonts of this crate, and lines of text set in them.
+//! Fonts of figures for print, and layout of lines of text with glyph positions.
 
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 use super::canvas::{Segment, Text};
 use super::label::{Level, Run};
 
-/// Font files: upright and oblique.
+/// Embedded font files: upright and oblique.
 pub(crate) const FILES: [&[u8]; 2] = [
     include_bytes!("../../vendor/dejavu/DejaVuSansCondensed.ttf"),
     include_bytes!("../../vendor/dejavu/DejaVuSansCondensed-Oblique.ttf"),
 ];
-/// Names of the fonts.
+/// Names of the embedded fonts: upright and oblique.
 pub(crate) const NAMES: [&str; 2] = ["DejaVuSansCondensed", "DejaVuSansCondensed-Oblique"];
-/// Size of text \[pt\].
+/// Font size of text in figures \[pt\].
 pub(crate) const SIZE: f64 = 8.0;
-/// Size of indices and exponents, in the size of the text.
+/// Font size of indices and exponents, in units of that of the text.
 const SMALL: f64 = 0.72;
-/// Shift of exponents upwards and of indices downwards, in the size of the text.
+/// Shift of the base line of exponents (up) and indices (down), in units of the font size.
 const SHIFTS: [f64; 2] = [0.36, -0.17];
 
-/// Letter of a line of text.
+/// Glyph: one letter of a line of text, with its font and position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Glyph {
-    /// Number of the font in [`FILES`].
+    /// Index of the font in [`FILES`]: 0 upright, 1 oblique.
     pub font: usize,
-    /// Number of the glyph in the font; 0 where the font has no such letter.
+    /// Index of the glyph in the font; 0 if the font lacks the letter.
     pub id: u16,
-    /// Letter that is shown.
+    /// Letter that the glyph shows.
     pub letter: char,
-    /// Place on the base line, and above it \[pt\].
+    /// Position of the glyph along the base line and above it \[pt\].
     pub at: [f64; 2],
-    /// Size of the font \[pt\].
+    /// Font size of the glyph \[pt\].
     pub size: f64,
 }
 
-/// Line of text that is not placed yet.
+/// Line of text before it is placed: glyphs and width.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Line {
-    /// Letters, from the start of the line.
+    /// Glyphs of the text, from the start of the line.
     pub glyphs: Vec<Glyph>,
-    /// Width of the line \[pt\].
+    /// Width of the line of text \[pt\].
     pub width: f64,
 }
 
-/// Fonts that text is set in.
+/// Parsed fonts: upright and oblique.
 pub(crate) struct Fonts([Face<'static>; 2]);
 
 impl Fonts {
-    /// Reads the fonts of this crate.
+    /// Parses the embedded font files.
     pub fn new() -> Self {
         // A damaged file would fail all tests of this module.
         Self(FILES.map(|file| Face::parse(file, 0).expect("a font of this crate")))
     }
 
-    /// Font by its number.
+    /// Returns a font by its index: 0 upright, 1 oblique.
     pub fn face(&self, font: usize) -> &Face<'static> {
         &self.0[font]
     }
 
-    /// Width of a glyph, in the size of the font.
+    /// Returns the advance width of a glyph, in units of the font size.
     pub fn advance(&self, font: usize, id: u16) -> f64 {
         let face = self.face(font);
         let width = face.glyph_hor_advance(GlyphId(id)).unwrap_or(0);
         f64::from(width) / f64::from(face.units_per_em())
     }
 
-    /// Sets some runs of text as a line.
+    /// Lays out runs of text, each of one style, as a line of glyphs.
     pub fn line(&self, runs: &[Run]) -> Line {
         let mut line = Line::default();
         for run in runs {
@@ -95,7 +95,8 @@ impl Fonts {
         line
     }
 
-    /// Outline of a glyph at the origin of the base line, for a size of 1 and with y upwards.
+    /// Returns the outline of a glyph as a path, for a font size of 1, with its origin on the base
+    /// line and y upwards.
     pub fn outline(&self, font: usize, id: u16) -> Vec<Segment> {
         let face = self.face(font);
         let mut outline = Outline {
@@ -109,7 +110,8 @@ impl Fonts {
 }
 
 impl Line {
-    /// Places the line so that `share` of its width is left of a point; `upwards` turns it.
+    /// Places the line of text at a point, with `share` of its width left of the point; `upwards`
+    /// turns it by 90°.
     pub fn place(self, [x, y]: [f64; 2], share: f64, upwards: bool) -> Text {
         let back = share * self.width;
         Text {
@@ -124,10 +126,10 @@ impl Line {
     }
 }
 
-/// Height of capital letters, in the size of the text.
+/// Height of capital letters, in units of the font size.
 pub(crate) const CAPITALS: f64 = 0.73;
 
-/// Collector of the outline of a glyph.
+/// Collector of path segments while a font's glyph outline is read.
 struct Outline {
     scale: f64,
     segments: Vec<Segment>,
@@ -151,7 +153,7 @@ impl OutlineBuilder for Outline {
         self.segments.push(Segment::Line(self.last));
     }
 
-    /// Adds a quadratic curve, as the cubic curve that is equal to it.
+    /// Adds a quadratic Bézier curve, converted to the equal cubic one.
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
         let (control, end) = (self.point(x1, y1), self.point(x, y));
         let mix = |from: [f64; 2]| [0, 1].map(|i| from[i] + 2.0 / 3.0 * (control[i] - from[i]));

@@ -1,31 +1,32 @@
-//! Labels as papers print them: oblique symbols, raised exponents, lowered indices, units.
+//! Formatting of labels as papers print them: oblique symbols, raised exponents, lowered indices,
+//! units.
 //!
 //! Reports write labels as plain text, such as `S_perp(k)`, `t/t0` or `<R²>`. Words stay upright,
 //! and so do units in square brackets.
 
-/// Level of text: on the base line, raised or lowered.
+/// Vertical level of text: base line, exponent or index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Level {
-    /// Letters on the base line.
+    /// Text on the base line.
     Base,
-    /// Raised small letters.
+    /// Exponent: small raised text.
     Exponent,
-    /// Lowered small letters.
+    /// Index: small lowered text.
     Index,
 }
 
-/// Piece of text of one style.
+/// Run of text with one style: upright or oblique, and its level.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
-    /// Text of the piece.
+    /// Text of the run.
     pub text: String,
-    /// True for symbols of quantities, which are set in oblique letters.
+    /// True for symbols of quantities, which are printed in oblique letters.
     pub oblique: bool,
-    /// Level of the piece.
+    /// Vertical level of the run.
     pub level: Level,
 }
 
-/// Raised signs with the sign on the base line.
+/// Superscript characters, each with its character on the base line.
 const EXPONENTS: [(char, char); 12] = [
     ('⁰', '0'),
     ('¹', '1'),
@@ -40,7 +41,7 @@ const EXPONENTS: [(char, char); 12] = [
     ('⁻', '−'),
     ('⁺', '+'),
 ];
-/// Lowered signs with the sign on the base line.
+/// Subscript characters, each with its character on the base line.
 const INDICES: [(char, char); 14] = [
     ('₀', '0'),
     ('₁', '1'),
@@ -58,7 +59,7 @@ const INDICES: [(char, char); 14] = [
     ('ᵥ', 'v'),
 ];
 
-/// Runs of a text, joined where the style stays the same.
+/// Builder of runs of text; adjacent text of one style is joined.
 #[derive(Default)]
 struct Runs(Vec<Run>);
 
@@ -74,7 +75,7 @@ impl Runs {
         }
     }
 
-    /// Adds a letter, or the sign that it raises or lowers.
+    /// Adds a character; superscript and subscript characters become raised or lowered text.
     fn push_plain(&mut self, letter: char) {
         let of = |all: &[(char, char)]| all.iter().find(|one| one.0 == letter).map(|one| one.1);
         match (of(&EXPONENTS), of(&INDICES)) {
@@ -85,7 +86,7 @@ impl Runs {
     }
 }
 
-/// Runs of words and numbers: only raised and lowered signs have a style.
+/// Splits text of words and numbers into runs; only superscripts and subscripts change the style.
 pub(crate) fn words(text: &str) -> Vec<Run> {
     let mut runs = Runs::default();
     let letters: Vec<char> = text.chars().collect();
@@ -103,18 +104,18 @@ pub(crate) fn words(text: &str) -> Vec<Run> {
     runs.0
 }
 
-/// Runs of the label of an axis, with its unit unless the label has one.
+/// Formats the label of an axis as runs of text, with its unit unless the label contains one.
 pub(crate) fn axis(label: &str, unit: &str) -> Vec<Run> {
     symbols(&label_text(label, unit))
 }
 
-/// Text of the label of an axis, with its unit.
+/// Returns the label of an axis as plain text, with its unit.
 pub(crate) fn label_text(label: &str, unit: &str) -> String {
     format!("{}{}", key_names(label), unit_suffix(label, unit))
 }
 
-/// Text in which keys of cases have their last part alone, and names of columns are words:
-/// `box.packing_fraction` is `packing fraction`, and `velocity_x` keeps its index.
+/// Replaces names of case keys and columns in a text by words: `box.packing_fraction` becomes
+/// `packing fraction`. Indices as in `velocity_x` are kept.
 pub(crate) fn key_names(text: &str) -> String {
     let word = |word: &str| {
         let name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "._-".contains(c);
@@ -133,13 +134,13 @@ pub(crate) fn key_names(text: &str) -> String {
     text.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
 
-/// Unit in brackets, as it stands after a label; empty if none is shown.
+/// Formats a unit in square brackets for the end of a label; empty if no unit is shown.
 fn unit_suffix(label: &str, unit: &str) -> String {
     shown_unit(label, unit).map_or(String::new(), |unit| format!(" [{unit}]"))
 }
 
-/// Unit of a label: none for pure numbers, for words, for labels that have a unit or are divided by
-/// one, and for units of the case, which have no name.
+/// Returns the unit to show with a label, if any. Pure numbers, words, labels that contain a unit,
+/// and units of the case have none.
 fn shown_unit<'a>(label: &str, unit: &'a str) -> Option<&'a str> {
     let words = ["length", "time", "mass", "energy", "speed", "quantity"];
     let is_named = !["", "1"].contains(&unit) && !words.iter().any(|word| unit.contains(word));
@@ -150,7 +151,7 @@ fn shown_unit<'a>(label: &str, unit: &'a str) -> Option<&'a str> {
     }
 }
 
-/// Runs of a label with its unit, or of one of its lines.
+/// Formats a label, with its unit or one line of it, as runs of text with oblique symbols.
 pub(crate) fn symbols(label: &str) -> Vec<Run> {
     let means = label.contains('<') && label.contains('>');
     let letters: Vec<char> = label.chars().collect();

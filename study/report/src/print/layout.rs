@@ -1,4 +1,4 @@
-//! Arrangement of a figure on paper: panels in rows, with axes, labels, letters and a legend.
+//! Layout of a figure for print: panels in rows, with axes, labels, letters and a legend.
 
 use crate::figure::{Drawn, Panel, Subject};
 use crate::scale::{AxisRange, Tick};
@@ -10,31 +10,31 @@ use super::legend::{LEADING, Legend};
 use super::marks::{PlacedChart, draw_bar, draw_map};
 use super::style::{CurveStyle, FRAME, entries, styles};
 
-/// Lengths of ticks with and without a label \[pt\].
+/// Lengths of ticks with and without a number \[pt\].
 const TICKS: [f64; 2] = [3.2, 1.8];
-/// Gap between ticks, their labels and the label of the axis \[pt\].
+/// Gap between ticks, their numbers and the label of the axis \[pt\].
 const GAP: f64 = 3.0;
-/// Least gap between the labels of two ticks \[pt\].
+/// Smallest gap between the numbers of two ticks \[pt\].
 const APART: f64 = 4.0;
-/// Margin of the drawing, for lines on its edge \[pt\].
+/// Margin around the drawing, for lines on its edge \[pt\].
 const MARGIN: f64 = 1.0;
-/// Width from which three panels are next to each other \[pt\].
+/// Width of a figure from which three panels stand in a row \[pt\].
 const WIDE: f64 = 340.0;
 /// Largest height of a drawing: the height of the text on a page, 230 mm \[pt\].
 const TALLEST: f64 = 652.0;
 /// Largest and smallest height of the frame of a panel \[pt\].
 const HEIGHTS: [f64; 2] = [210.0, 42.0];
-/// Height over width of the frame of a chart.
+/// Height over width of the frame of a chart in print.
 const ASPECT: f64 = 0.72;
 /// Width of a colour bar \[pt\].
 const BAR: f64 = 7.0;
 
-/// Axes of a panel.
+/// Axes of a panel with their ticks and labels.
 struct Axes {
     frames: [AxisRange; 2],
     ticks: [Vec<Tick>; 2],
     labels: [(String, String); 2],
-    /// Ticks and label of the colour bar of a map.
+    /// Colour bar of a map: its range, label and unit.
     bar: Option<(AxisRange, String, String)>,
 }
 
@@ -73,35 +73,35 @@ impl Axes {
     }
 }
 
-/// Lengths that a figure is arranged by \[pt\].
+/// Lengths of the layout of a figure for print \[pt\].
 struct Lengths {
-    /// Room left of each column of panels.
+    /// Space left of each column of panels, for vertical axes \[pt\].
     left: Vec<f64>,
-    /// Width and height of frames.
+    /// Width and height of the frame of a panel \[pt\].
     frame: [f64; 2],
-    /// Room for titles above each row.
+    /// Space for titles above each row of panels \[pt\].
     titles: Vec<f64>,
-    /// Room for ticks and label below a row that has them.
+    /// Space for ticks and axis label below a row of panels that has them \[pt\].
     below: f64,
-    /// Room for the legend above all panels; 0 if it is inside.
+    /// Space for the legend above all panels; 0 if the legend is inside a panel \[pt\].
     legend: f64,
 }
 
-/// Figure that is arranged.
+/// Figure with the choices of its layout for print.
 struct Arrangement<'a> {
     fonts: &'a Fonts,
     drawn: &'a Drawn,
     axes: Vec<Axes>,
-    /// Number of panels in a row.
+    /// Number of panels in each row.
     across: usize,
-    /// True where panels have common horizontal and vertical axes.
+    /// True if all panels have a common horizontal axis, and a common vertical axis.
     shared: [bool; 2],
-    /// Names of positions on the horizontal axis that are too long to be set across.
+    /// True if the names on the horizontal axis are turned upwards, because they are too long.
     turned: bool,
     width: f64,
 }
 
-/// Draws a figure of a width \[pt\].
+/// Draws a figure for print with a width \[pt\].
 pub(crate) fn lay_out(drawn: &Drawn, width: f64, fonts: &Fonts) -> Canvas {
     let axes: Vec<Axes> = drawn
         .panels
@@ -126,7 +126,7 @@ pub(crate) fn lay_out(drawn: &Drawn, width: f64, fonts: &Fonts) -> Canvas {
     arrangement.draw()
 }
 
-/// Number of panels in a row.
+/// Chooses the number of panels in a row for a width \[pt\].
 fn columns(panels: usize, width: f64) -> usize {
     match panels {
         _ if width < WIDE && panels < 4 => 1,
@@ -146,7 +146,7 @@ impl Arrangement<'_> {
         self.axes.len().div_ceil(self.across)
     }
 
-    /// Widest label of some ticks.
+    /// Returns the width of the widest tick label \[pt\].
     fn widest(&self, ticks: &[Tick]) -> f64 {
         let labels = ticks.iter().filter_map(|tick| tick.1.as_ref());
         labels
@@ -154,7 +154,7 @@ impl Arrangement<'_> {
             .fold(0.0, f64::max)
     }
 
-    /// Returns true if names on the horizontal axis do not fit next to each other.
+    /// Returns true if the names on the horizontal axis do not fit next to each other.
     fn names_are_crowded(&self) -> bool {
         let room = 0.8 * self.width / self.across as f64;
         self.drawn.panels.iter().any(|panel| match &panel.subject {
@@ -169,12 +169,13 @@ impl Arrangement<'_> {
         })
     }
 
-    /// Returns true if a panel is the lowest of its column.
+    /// Returns true if no panel is below this one in its column.
     fn is_lowest(&self, number: usize) -> bool {
         number + self.across >= self.axes.len()
     }
 
-    /// Returns true if a panel shows the numbers of its horizontal and of its vertical axis.
+    /// Returns whether a panel shows the numbers of its horizontal axis, and those of its vertical
+    /// axis.
     fn shows(&self, number: usize) -> [bool; 2] {
         [
             !self.shared[0] || self.is_lowest(number),
@@ -182,8 +183,8 @@ impl Arrangement<'_> {
         ]
     }
 
-    /// Lines of a text that are not longer than a limit. It is broken after spaces and commas, and
-    /// inside of words only where a word alone is too long.
+    /// Wraps text into lines of limited width \[pt\]. Lines break after spaces and commas, and
+    /// inside words only where a word alone is too long.
     fn wrapped(&self, text: &str, limit: f64, set: impl Fn(&str) -> Vec<Run>) -> Vec<Line> {
         let fits = |line: &str| self.fonts.line(&set(line.trim_end())).width <= limit;
         let mut lines = vec![String::new()];
@@ -210,7 +211,7 @@ impl Arrangement<'_> {
         lines.map(|line| self.fonts.line(&set(line))).collect()
     }
 
-    /// Lines of the label of an axis.
+    /// Wraps the label of an axis, with its unit, into lines of limited width \[pt\].
     fn axis_label(&self, (text, unit): &(String, String), limit: f64) -> Vec<Line> {
         let whole = self.fonts.line(&label::axis(text, unit));
         if whole.width <= limit {
@@ -219,7 +220,7 @@ impl Arrangement<'_> {
         self.wrapped(&label::label_text(text, unit), limit, label::symbols)
     }
 
-    /// Title of a panel, with its letter if there are several.
+    /// Returns the title of a panel, with its letter (a), (b) and so on if there are several.
     fn title(&self, number: usize) -> String {
         let Panel { title, subject, .. } = &self.drawn.panels[number];
         // The quantity of a map is at its colour bar.
@@ -242,7 +243,8 @@ impl Arrangement<'_> {
         }
     }
 
-    /// Lengths of the arrangement, with labels of the vertical axes in lines of at most `limit`.
+    /// Computes the lengths of the layout; labels of the vertical axes are wrapped at `limit`, and
+    /// `legend` is the space above the panels \[pt\].
     fn lengths(&self, limit: f64, legend: f64) -> Lengths {
         let numbers = 0..self.axes.len();
         let left = (0..self.across).map(|column| {
@@ -293,13 +295,15 @@ impl Arrangement<'_> {
         }
     }
 
-    /// Room between columns, so that labels of horizontal axes do not meet.
+    /// Computes the gap between columns of panels at which labels of horizontal axes do not overlap
+    /// \[pt\].
     fn column_gap(&self) -> f64 {
         let [first, last] = self.overhang();
         (first + last + APART).max(8.0)
     }
 
-    /// Largest reach of the labels of horizontal axes beyond the left and right end of a frame.
+    /// Computes how far tick labels of horizontal axes extend beyond the left and right end of a
+    /// frame \[pt\].
     fn overhang(&self) -> [f64; 2] {
         let mut reach = [0.0_f64; 2];
         for axes in self.axes.iter().filter(|_| !self.turned) {
@@ -332,7 +336,7 @@ impl Arrangement<'_> {
         8.0 + BAR + GAP + self.widest(&frame.ticks()) + GAP + LEADING * lines
     }
 
-    /// Room for the labels of the ticks of horizontal axes.
+    /// Computes the space for tick labels below horizontal axes \[pt\].
     fn tick_room(&self) -> f64 {
         if self.turned {
             let widest = self.axes.iter().map(|axes| self.widest(&axes.ticks[0]));
@@ -342,7 +346,8 @@ impl Arrangement<'_> {
         }
     }
 
-    /// Number of lines of the longest label of a horizontal axis.
+    /// Computes the largest number of lines of a horizontal axis label, for frames of a width
+    /// \[pt\].
     fn label_lines(&self, frame: f64) -> f64 {
         let limit = frame.max(60.0);
         let lines = self
@@ -360,7 +365,7 @@ impl Arrangement<'_> {
         self.wrapped(&title, frame, label::words)
     }
 
-    /// Frame of a panel.
+    /// Returns the area of the frame of a panel on the drawing.
     fn area(&self, number: usize, lengths: &Lengths) -> Area {
         let (row, column) = (number / self.across, number % self.across);
         let [width, height] = lengths.frame;
@@ -391,7 +396,7 @@ impl Arrangement<'_> {
         }
     }
 
-    /// Panel and place for a legend inside it; `None` if every place is taken.
+    /// Returns a free area for the legend inside a panel; `None` if there is none.
     fn place_in_panel(&self, legend: &Legend, lengths: &Lengths) -> Option<Area> {
         let mut places = self
             .drawn
@@ -486,7 +491,7 @@ impl Arrangement<'_> {
         self.labels(canvas, number, &area, lengths);
     }
 
-    /// Frame with ticks on all sides.
+    /// Draws the frame of a panel, with ticks on all sides.
     fn frame(&self, canvas: &mut Canvas, number: usize, area: &Area) {
         let mut path = area.outline();
         let mut tick = |from: [f64; 2], step: [f64; 2]| {
@@ -510,7 +515,7 @@ impl Arrangement<'_> {
         canvas.stroke(path, Pen::solid(FRAME, BLACK));
     }
 
-    /// Labels of ticks and axes, and the title.
+    /// Draws tick labels, axis labels and the title of a panel.
     fn labels(&self, canvas: &mut Canvas, number: usize, area: &Area, lengths: &Lengths) {
         let mut put = |line: Line, at: [f64; 2], share: f64, upwards: bool| {
             canvas
@@ -571,7 +576,7 @@ impl Arrangement<'_> {
         }
     }
 
-    /// Colour bar right of a panel, with ticks and the quantity.
+    /// Draws the colour bar right of a map, with ticks and label.
     fn colour_bar(&self, canvas: &mut Canvas, number: usize, area: &Area) {
         let Some((frame, text, unit)) = &self.axes[number].bar else {
             return;

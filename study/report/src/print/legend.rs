@@ -1,4 +1,4 @@
-//! Legend of a figure: inside a panel where nothing is drawn, or else above all panels.
+//! Legend of a figure for print: inside a panel where nothing is drawn, or else above all panels.
 
 use crate::chart::Stroke;
 
@@ -8,16 +8,16 @@ use super::label::{key_names, words};
 use super::marks::PlacedChart;
 use super::style::{CurveStyle, THIN};
 
-/// Length of a sample of a line \[pt\].
+/// Length of the line sample of a legend entry \[pt\].
 const SAMPLE: f64 = 18.0;
-/// Height of a line of the legend \[pt\].
+/// Height of a legend line \[pt\].
 pub(crate) const LEADING: f64 = 9.6;
-/// Gap between a sample and its name, and around the legend \[pt\].
+/// Gap between the sample and the name of an entry, and around the legend \[pt\].
 const GAP: f64 = 3.5;
-/// Gap between entries on one line \[pt\].
+/// Gap between legend entries on one line \[pt\].
 const BETWEEN: f64 = 12.0;
 
-/// Entry of a legend.
+/// Entry of a legend: line sample, style and name.
 struct Entry {
     style: CurveStyle,
     stroke: Stroke,
@@ -28,7 +28,7 @@ struct Entry {
 pub(crate) struct Legend(Vec<Entry>);
 
 impl Legend {
-    /// Creates a legend of entries.
+    /// Creates a legend of entries: the kind of line, and the style of each.
     pub fn new(entries: Vec<(Stroke, CurveStyle)>, fonts: &Fonts) -> Self {
         let entries = entries.into_iter().map(|(stroke, style)| Entry {
             name: fonts.line(&words(&key_names(&style.label))),
@@ -38,7 +38,8 @@ impl Legend {
         Self(entries.collect())
     }
 
-    /// Place inside a panel where nothing is drawn, for one entry on each line; `None` without one.
+    /// Finds an area inside a panel in which nothing is drawn, for one entry on each line; `None`
+    /// if there is none.
     pub fn find_place(&self, chart: &PlacedChart<'_>) -> Option<Area> {
         let widest = self.0.iter().map(|one| one.name.width).fold(0.0, f64::max);
         let [width, height] = [
@@ -78,13 +79,13 @@ impl Legend {
         })
     }
 
-    /// Height of the legend above panels, in lines of a width.
+    /// Computes the height of the legend above panels, wrapped at a width \[pt\].
     pub fn height(&self, width: f64) -> f64 {
         let lines = self.lines(width).last().map_or(0, |(line, _)| line + 1);
         LEADING * lines as f64
     }
 
-    /// Line and place on it of each entry, in lines of a width.
+    /// Computes line number and horizontal position of each entry, wrapped at a width \[pt\].
     fn lines(&self, width: f64) -> Vec<(usize, f64)> {
         let (mut line, mut x) = (0, 0.0);
         let places = self.0.iter().map(|entry| {
@@ -99,7 +100,7 @@ impl Legend {
         places.collect()
     }
 
-    /// Draws the legend above panels, from the upper left corner of an area.
+    /// Draws the legend above the panels, from the upper left corner of an area.
     pub fn draw_above(self, canvas: &mut Canvas, area: &Area) {
         let lines = self.lines(area.width());
         for (entry, (line, x)) in self.0.into_iter().zip(lines) {
@@ -108,7 +109,7 @@ impl Legend {
         }
     }
 
-    /// Draws the legend inside a panel.
+    /// Draws the legend inside a panel, in a given area.
     pub fn draw_inside(self, canvas: &mut Canvas, area: &Area) {
         for (line, entry) in self.0.into_iter().enumerate() {
             let y = area.top + 0.5 * GAP + LEADING * (line as f64 + 0.5);
@@ -118,7 +119,7 @@ impl Legend {
 }
 
 impl Entry {
-    /// Draws the sample and the name, both around a height.
+    /// Draws line sample and name of the entry, vertically centred on a point \[pt\].
     fn draw(self, canvas: &mut Canvas, [x, y]: [f64; 2]) {
         let ends = [[x, y], [x + SAMPLE, y]];
         match (self.stroke, self.style.pen) {

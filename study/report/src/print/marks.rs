@@ -1,4 +1,4 @@
-//! Contents of panels: curves, histograms, theory, reference lines, maps and obstacles.
+//! Contents of panels for print: curves, histograms, theory, reference lines, maps and obstacles.
 
 use serde_json::Value;
 
@@ -10,30 +10,31 @@ use crate::words::spread;
 use super::canvas::{Area, Canvas, Colour, Pen, Segment};
 use super::style::{CurveStyle, THIN};
 
-/// Largest number of points of a drawn line.
+/// Largest number of points along a drawn line; longer curves are thinned.
 const VERTICES: usize = 1200;
-/// Least distance between the markers of a line \[pt\].
+/// Smallest distance between neighbouring markers of a curve \[pt\].
 const MARK_SPACE: f64 = 5.5;
 
-/// Chart with the place of its panel.
+/// Chart with its position on the page, for drawing its curves.
 pub(crate) struct PlacedChart<'a> {
-    /// Chart that is drawn.
+    /// Chart whose curves are drawn.
     pub chart: &'a Chart,
-    /// Ranges of its axes.
+    /// Ranges of the horizontal and vertical axis.
     pub axes: [AxisRange; 2],
-    /// Frame of the panel.
+    /// Area of the frame of the panel.
     pub area: Area,
 }
 
 impl PlacedChart<'_> {
-    /// Position of a point; `None` if it cannot be drawn.
+    /// Returns the position of a data point on the page \[pt\]; `None` if it cannot be drawn.
     pub fn place(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let [x, y] = [self.axes[0].position_of(x)?, self.axes[1].position_of(y)?];
         // Far outside is drawn like infinity.
         Some(self.area.at([x, y].map(|place| place.clamp(-50.0, 50.0))))
     }
 
-    /// Points of a line; a step has two, and `None` breaks the line.
+    /// Returns the vertices of a curve on the page \[pt\]. A step has two; `None` interrupts the
+    /// line.
     fn joints(&self, curve: &ChartCurve) -> Vec<Option<[f64; 2]>> {
         let mut joints = Vec::new();
         for point in spread(&curve.points, VERTICES) {
@@ -45,8 +46,8 @@ impl PlacedChart<'_> {
         joints
     }
 
-    /// Points with markers and error bars. On a line, points that are too close to the one before
-    /// have none.
+    /// Returns the points of a curve that get markers and error bars: along a line, those not too
+    /// close to the one before.
     fn marked<'c>(&self, curve: &'c ChartCurve) -> Vec<&'c ChartPoint> {
         let mut last = [f64::NEG_INFINITY; 2];
         let all = curve.points.iter().filter(|point| {
@@ -64,14 +65,14 @@ impl PlacedChart<'_> {
         all.collect()
     }
 
-    /// Position of the marker of a point: the middle of a step.
+    /// Returns the position of the marker of a point \[pt\]: the middle of its step.
     fn middle(&self, point: &ChartPoint) -> Option<[f64; 2]> {
         let [from, to] = [point.x, point.end].map(|x| self.place(x, point.y));
         let (from, to) = (from?, to?);
         Some([0.5 * (from[0] + to[0]), from[1]])
     }
 
-    /// Ends of the error bar of a point.
+    /// Returns both ends of the error bar of a point \[pt\]; `None` without an error.
     fn error_bar(&self, point: &ChartPoint) -> Option<[[f64; 2]; 2]> {
         let error = point
             .error
@@ -85,7 +86,7 @@ impl PlacedChart<'_> {
         inside.then_some([[x, low], [x, high]])
     }
 
-    /// Draws lines, bars and error bars, cut by the frame.
+    /// Draws lines, bars and error bars of all curves, clipped by the frame.
     pub fn lines(&self, canvas: &mut Canvas, style: impl Fn(&str) -> CurveStyle) {
         for (label, level) in &self.chart.lines {
             let y = self.area.at([0.0, self.axes[1].clamped(*level)])[1];
@@ -114,7 +115,7 @@ impl PlacedChart<'_> {
         }
     }
 
-    /// Bars from zero, cut by the frame.
+    /// Returns the path of the histogram bars of a curve, from zero, clipped by the frame.
     fn bars(&self, curve: &ChartCurve) -> Vec<Segment> {
         let foot = self.area.at([0.0, self.axes[1].clamped(0.0)])[1];
         let bar = |point: &ChartPoint| {
@@ -133,7 +134,7 @@ impl PlacedChart<'_> {
         curve.points.iter().filter_map(bar).flatten().collect()
     }
 
-    /// Draws the markers.
+    /// Draws the markers of all curves.
     pub fn markers(&self, canvas: &mut Canvas, style: impl Fn(&str) -> CurveStyle) {
         for curve in &self.chart.curves {
             let style = style(&curve.label);
@@ -147,7 +148,7 @@ impl PlacedChart<'_> {
         }
     }
 
-    /// Returns true if something of the chart is drawn in an area.
+    /// Returns true if a curve, marker or reference line of the chart is drawn in an area.
     pub fn meets(&self, area: &Area) -> bool {
         let crossed = |from: [f64; 2], to: [f64; 2]| area.cut(from, to).is_some();
         let levels = self.chart.lines.iter().any(|(_, level)| {
@@ -181,7 +182,7 @@ impl PlacedChart<'_> {
     }
 }
 
-/// Draws the cells of a map, and the obstacles over them.
+/// Draws the coloured cells of a map, and the obstacles over them.
 pub(crate) fn draw_map(
     canvas: &mut Canvas,
     map: &Map,
@@ -208,7 +209,7 @@ pub(crate) fn draw_map(
     draw_obstacles(canvas, map, obstacles, area);
 }
 
-/// Draws a colour bar, with its lowest colour at the lower end.
+/// Draws the colour bar of a map, with its lowest colour at the lower end.
 pub(crate) fn draw_bar(canvas: &mut Canvas, area: &Area) {
     for step in 0..STEPS {
         let [bottom, top] = [step, step + 1].map(|end| end as f64 / STEPS as f64);
@@ -226,7 +227,7 @@ fn cell_colour(step: usize) -> Colour {
     step_colour(step).map(|part| part.round() as u8)
 }
 
-/// Draws disks, polygons and polylines of a case.
+/// Draws the obstacles of a case over a map: disks, polygons and polylines.
 fn draw_obstacles(canvas: &mut Canvas, map: &Map, obstacles: &[Value], area: &Area) {
     let grey = [85, 85, 85];
     let ends = map.ends();

@@ -1,4 +1,4 @@
-//! PDF of a drawing: one page of its size, with the letters that it shows embedded as fonts.
+//! PDF output of a drawing: one page of its size, with embedded subsets of the fonts.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -12,21 +12,20 @@ use subsetter::{GlyphRemapper, subset};
 use super::canvas::{BLACK, Canvas, Colour, Item, Pen, Segment, Text};
 use super::font::{FILES, Fonts, NAMES};
 
-/// Names of the fonts in the page.
+/// Names of the fonts in the resources of the page.
 const RESOURCES: [Name<'static>; 2] = [Name(b"F0"), Name(b"F1")];
 
-/// Letters of one font in a document: their numbers in the font, and in the part of it that is
-/// embedded.
+/// Glyphs of one font that a document uses: their indices in the font, and in the embedded subset.
 #[derive(Default)]
 struct UsedGlyphs {
     numbers: GlyphRemapper,
     letters: BTreeMap<u16, char>,
 }
 
-/// Writes a drawing as a PDF document; equal drawings give equal bytes. `title` is its title.
+/// Writes a drawing as a PDF document with a title; equal drawings give equal bytes.
 pub(crate) fn write(canvas: &Canvas, fonts: &Fonts, title: &str) -> Vec<u8> {
     let mut used = [UsedGlyphs::default(), UsedGlyphs::default()];
-    let page_content = content(canvas, &mut used);
+    let page_content = content_stream(canvas, &mut used);
     let mut pdf = Pdf::new();
     let mut next = Ref::new(1);
     let [catalog, pages, page, drawing, info] = [(); 5].map(|()| next.bump());
@@ -69,8 +68,8 @@ fn packed(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap_or_default()
 }
 
-/// Content of the page, with y upwards; notes the letters that it shows.
-fn content(canvas: &Canvas, used: &mut [UsedGlyphs; 2]) -> Vec<u8> {
+/// Writes the content stream of the page, with y upwards, and records the glyphs that it uses.
+fn content_stream(canvas: &Canvas, used: &mut [UsedGlyphs; 2]) -> Vec<u8> {
     let mut content = Content::new();
     let height = canvas.size[1];
     content.set_line_join(pdf_writer::types::LineJoinStyle::RoundJoin);
@@ -81,7 +80,7 @@ fn content(canvas: &Canvas, used: &mut [UsedGlyphs; 2]) -> Vec<u8> {
                 fill,
                 pen,
             } => path(&mut content, height, segments, *fill, *pen),
-            Item::Text(text) => show(&mut content, height, text, used),
+            Item::Text(text) => write_text(&mut content, height, text, used),
         }
     }
     content.finish().to_vec()
@@ -94,7 +93,7 @@ fn path(
     fill: Option<Colour>,
     pen: Option<Pen>,
 ) {
-    let rounded = |[x, y]: [f64; 2]| [round(x), round(height - y)];
+    let rounded = |[x, y]: [f64; 2]| [round_length(x), round_length(height - y)];
     if let Some(colour) = fill {
         let [red, green, blue] = colour.map(share);
         content.set_fill_rgb(red, green, blue);
@@ -132,8 +131,9 @@ fn path(
     };
 }
 
-/// Shows a line of text: one operator for each run of letters of one font, size and level.
-fn show(content: &mut Content, height: f64, text: &Text, used: &mut [UsedGlyphs; 2]) {
+/// Writes a line of text to the content stream, with one operator for each run of one font, size
+/// and level.
+fn write_text(content: &mut Content, height: f64, text: &Text, used: &mut [UsedGlyphs; 2]) {
     let [red, green, blue] = BLACK.map(share);
     content.set_fill_rgb(red, green, blue);
     content.begin_text();
@@ -150,8 +150,8 @@ fn show(content: &mut Content, height: f64, text: &Text, used: &mut [UsedGlyphs;
                 1.0,
                 -1.0,
                 0.0,
-                round(x - above),
-                round(height - y + along),
+                round_length(x - above),
+                round_length(height - y + along),
             ]
         } else {
             [
@@ -159,8 +159,8 @@ fn show(content: &mut Content, height: f64, text: &Text, used: &mut [UsedGlyphs;
                 0.0,
                 0.0,
                 1.0,
-                round(x + along),
-                round(height - y + above),
+                round_length(x + along),
+                round_length(height - y + above),
             ]
         };
         let mut bytes = Vec::new();
@@ -170,15 +170,15 @@ fn show(content: &mut Content, height: f64, text: &Text, used: &mut [UsedGlyphs;
             used.letters.insert(number, glyph.letter);
             bytes.extend(number.to_be_bytes());
         }
-        content.set_font(RESOURCES[first.font], round(first.size));
+        content.set_font(RESOURCES[first.font], round_length(first.size));
         content.set_text_matrix(matrix);
         content.show(Str(&bytes));
     }
     content.end_text();
 }
 
-/// Embeds the letters of a font that are used: font, its description, widths, and the letters of
-/// its numbers.
+/// Embeds the used subset of a font: font file, descriptor, widths, and the mapping from glyphs to
+/// characters.
 fn embed(pdf: &mut Pdf, font: usize, fonts: &Fonts, used: &UsedGlyphs, places: [Ref; 5]) {
     let [outer, inner, descriptor, file, letters] = places;
     let face = fonts.face(font);
@@ -244,7 +244,7 @@ fn share(part: u8) -> f32 {
     f32::from(part) / 255.0
 }
 
-/// Rounds a length to a hundredth of a point, as in SVG.
-fn round(length: f64) -> f32 {
+/// Rounds a length to a hundredth of a point, as in SVG files.
+fn round_length(length: f64) -> f32 {
     (100.0 * length).round() as f32 / 100.0
 }

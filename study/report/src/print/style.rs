@@ -1,19 +1,19 @@
-//! Styles of curves that are told apart in colour and in grey: markers, filled or open, and dashes.
+//! Curve styles for print that differ in colour and in grey: markers, filled or open, and dashes.
 
 use crate::chart::{ChartCurve, Marker, Stroke};
 use crate::sheet::on_paper;
 
 use super::canvas::{BLACK, Colour, Pen, Segment, WHITE};
 
-/// Width of frames and ticks \[pt\].
+/// Line width of frames and ticks \[pt\].
 pub(crate) const FRAME: f64 = 0.6;
-/// Width of lines that are read off, such as theory \[pt\].
+/// Line width of curves whose values are read off, such as theory \[pt\].
 const LINE: f64 = 0.9;
-/// Width of error bars, outlines of markers, and lines between them \[pt\].
+/// Line width of error bars, marker outlines, and lines between markers \[pt\].
 pub(crate) const THIN: f64 = 0.6;
-/// Half the width of a marker \[pt\].
+/// Half the width of a data marker \[pt\].
 pub(crate) const MARKER: f64 = 1.8;
-/// Dashes and gaps of lines without markers, in the order of use \[pt\].
+/// Dash patterns of lines without markers \[pt\], in the order of use.
 const DASHES: [&[f64]; 8] = [
     &[],
     &[4.0, 2.0],
@@ -25,31 +25,31 @@ const DASHES: [&[f64]; 8] = [
     &[8.0, 2.0, 2.0, 2.0],
 ];
 
-/// Largest number of theories that have dashes and places in the legend of their own.
+/// Largest number of theory curves with dashes and legend entries of their own.
 const SEPARATE: usize = 3;
 
-/// Look of one curve in all panels and in the legend.
+/// Style of one curve in all panels and in the legend.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct CurveStyle {
     /// Name of the curve in the legend.
     pub label: String,
-    /// Colour of lines and markers.
+    /// Colour of the lines and markers of the curve.
     pub colour: Colour,
-    /// Marker, and true if it is open.
+    /// Marker of the curve, and true if it is open.
     pub marker: Option<(Marker, bool)>,
-    /// Pen of the line; `None` without a line.
+    /// Pen of the curve's line; `None` without a line.
     pub pen: Option<Pen>,
-    /// Colour inside of bars.
+    /// Fill colour of histogram bars.
     pub bars: Option<Colour>,
 }
 
 impl CurveStyle {
-    /// Pen of error bars.
+    /// Returns the pen of the curve's error bars.
     pub fn error(&self) -> Pen {
         Pen::solid(THIN, self.colour)
     }
 
-    /// Marker at a point: its path and the colour of its inside.
+    /// Returns the marker at a point: its path and its fill colour.
     pub fn mark(&self, at: [f64; 2]) -> Option<(Vec<Segment>, Colour)> {
         let (marker, open) = self.marker?;
         let fill = if open { WHITE } else { self.colour };
@@ -57,7 +57,7 @@ impl CurveStyle {
     }
 }
 
-/// Styles of the curves of a legend, each different from all others.
+/// Assigns a style to each curve of a legend, different from all others.
 pub(crate) fn styles(legend: &[ChartCurve]) -> Vec<CurveStyle> {
     let bars = legend
         .iter()
@@ -113,13 +113,14 @@ pub(crate) fn styles(legend: &[ChartCurve]) -> Vec<CurveStyle> {
     legend.iter().map(style).collect()
 }
 
-/// Number of the engine whose colour this is, by which it has a marker in all figures.
+/// Returns the index of the engine that has this CSS colour, which decides its marker in all
+/// figures.
 fn engine_number(css: &str) -> Option<usize> {
     let number = css.strip_prefix("var(--engine-")?;
     number.strip_suffix(')')?.parse().ok()
 }
 
-/// Returns true for the theory of one of several curves.
+/// Returns true if a curve is the theory that belongs to one of several measured curves.
 fn is_theory(curve: &ChartCurve) -> bool {
     curve.stroke == Stroke::Dashed && curve.label.starts_with("theory, ")
 }
@@ -128,8 +129,8 @@ fn theories(legend: &[ChartCurve]) -> usize {
     legend.iter().filter(|curve| is_theory(curve)).count()
 }
 
-/// Entries of the legend with their styles: curves with names. Many theories have one entry, since
-/// each is next to the numbers of its colour.
+/// Returns the legend entries with their styles, for curves with names. Many theory curves share
+/// one entry, since each lies next to the data of its colour.
 pub(crate) fn entries(legend: &[ChartCurve], styles: &[CurveStyle]) -> Vec<(Stroke, CurveStyle)> {
     let both = legend.iter().zip(styles);
     let all = both.map(|(curve, style)| (curve.stroke, style.clone()));
@@ -152,7 +153,7 @@ pub(crate) fn entries(legend: &[ChartCurve], styles: &[CurveStyle]) -> Vec<(Stro
     theory.chain(own.map(|(_, entry)| entry)).collect()
 }
 
-/// Colour of the page's style sheet as it is printed; black if it is unknown.
+/// Converts a CSS colour of the report pages to the colour in print; black if it is unknown.
 fn print_colour(css: &str) -> Colour {
     let text = on_paper(css);
     let part = |place: usize| {
@@ -173,7 +174,7 @@ fn light(colour: Colour) -> Colour {
     colour.map(|part| 255 - (255 - part) / 6)
 }
 
-/// Outline of a marker around a point.
+/// Returns the outline path of a marker around a point.
 fn outline(marker: Marker, [x, y]: [f64; 2]) -> Vec<Segment> {
     let corners = |all: &[[f64; 2]]| {
         let mut path: Vec<Segment> = (all.iter().enumerate())
@@ -198,7 +199,7 @@ fn outline(marker: Marker, [x, y]: [f64; 2]) -> Vec<Segment> {
     }
 }
 
-/// Circle as four curves; the error of its radius is below 0.03 %.
+/// Returns the path of a circle as four cubic curves; the error of its radius is below 0.03 %.
 fn circle([x, y]: [f64; 2], radius: f64) -> Vec<Segment> {
     // 4/3 tan(π/8).
     let k = 0.552_284_75 * radius;

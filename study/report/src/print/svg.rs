@@ -1,4 +1,4 @@
-//! SVG of a drawing: plain paths, text as outlines, nothing that is outside of the file.
+//! SVG output of a drawing: plain paths, text as outlines, no external resources.
 
 use std::fmt::Write as _;
 
@@ -7,19 +7,23 @@ use maud::{Markup, PreEscaped, html};
 use super::canvas::{Canvas, Colour, Item, Pen, Segment, Text};
 use super::font::Fonts;
 
-/// Millimetres of a point.
+/// Length of one point \[mm\].
 pub(crate) const POINT: f64 = 25.4 / 72.0;
 
 /// Writes a drawing as an SVG file whose unit is the point; `title` describes it.
 pub(crate) fn write(canvas: &Canvas, fonts: &Fonts, title: &str) -> String {
     let [width, height] = canvas.size;
-    let view = format!("0 0 {} {}", short(width), short(height));
-    let millimetres = |length: f64| format!("{}mm", short(length * POINT));
+    let view = format!(
+        "0 0 {} {}",
+        format_coordinate(width),
+        format_coordinate(height)
+    );
+    let millimetres = |length: f64| format!("{}mm", format_coordinate(length * POINT));
     let page = html! {
         svg xmlns="http://www.w3.org/2000/svg" width=(millimetres(width)) height=(millimetres(height)) viewBox=(view) role="img"
             aria-label=(title) fill="none" stroke-linejoin="round" {
             title { (title) } "\n"
-            rect width=(short(width)) height=(short(height)) fill="#ffffff" {} "\n"
+            rect width=(format_coordinate(width)) height=(format_coordinate(height)) fill="#ffffff" {} "\n"
             @for item in &canvas.items { (one(item, fonts)) "\n" }
         }
     };
@@ -36,23 +40,23 @@ fn one(item: &Item, fonts: &Fonts) -> Markup {
             fill,
             pen,
         } => html! {
-            path d=(data(segments, |at| at)) fill=[fill.map(hex)] stroke=[pen.map(|pen| hex(pen.colour))]
-                stroke-width=[pen.map(|pen| short(pen.width))] stroke-dasharray=[pen.and_then(dashes)] {}
+            path d=(path_data(segments, |at| at)) fill=[fill.map(hex)] stroke=[pen.map(|pen| hex(pen.colour))]
+                stroke-width=[pen.map(|pen| format_coordinate(pen.width))] stroke-dasharray=[pen.and_then(dashes)] {}
         },
         Item::Text(text) => {
             // The words are kept for readers of the file, and for screen readers.
             let words: String = text.glyphs.iter().map(|glyph| glyph.letter).collect();
-            html! { path aria-label=(words) d=(outlines(text, fonts)) fill="#000000" {} }
+            html! { path aria-label=(words) d=(text_outlines(text, fonts)) fill="#000000" {} }
         }
     }
 }
 
-/// Outlines of a line of text as one path.
-fn outlines(text: &Text, fonts: &Fonts) -> PreEscaped<String> {
+/// Returns the glyph outlines of a line of text as the data of one SVG path.
+fn text_outlines(text: &Text, fonts: &Fonts) -> PreEscaped<String> {
     let mut path = String::new();
     for glyph in &text.glyphs {
         let segments = fonts.outline(glyph.font, glyph.id);
-        path += &data(&segments, |[x, y]| {
+        path += &path_data(&segments, |[x, y]| {
             let along = glyph.at[0] + glyph.size * x;
             let above = glyph.at[1] + glyph.size * y;
             if text.upwards {
@@ -66,10 +70,10 @@ fn outlines(text: &Text, fonts: &Fonts) -> PreEscaped<String> {
     PreEscaped(path)
 }
 
-/// Data of a path, each point moved by `place`.
-fn data(segments: &[Segment], place: impl Fn([f64; 2]) -> [f64; 2]) -> PreEscaped<String> {
+/// Returns the data of an SVG path, with each point transformed by `place`.
+fn path_data(segments: &[Segment], place: impl Fn([f64; 2]) -> [f64; 2]) -> PreEscaped<String> {
     let pair = |at: [f64; 2]| {
-        let [x, y] = place(at).map(short);
+        let [x, y] = place(at).map(format_coordinate);
         format!("{x} {y}")
     };
     let mut path = String::new();
@@ -88,7 +92,7 @@ fn data(segments: &[Segment], place: impl Fn([f64; 2]) -> [f64; 2]) -> PreEscape
 }
 
 fn dashes(pen: Pen) -> Option<String> {
-    let lengths: Vec<String> = pen.dash.iter().copied().map(short).collect();
+    let lengths: Vec<String> = pen.dash.iter().copied().map(format_coordinate).collect();
     (!lengths.is_empty()).then(|| lengths.join(" "))
 }
 
@@ -96,8 +100,8 @@ fn hex([red, green, blue]: Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Formats a number with two decimals: 4 µm of a drawing, and without zeros at its end.
-fn short(value: f64) -> String {
+/// Formats a coordinate \[pt\] with two decimals, which is 4 µm, without trailing zeros.
+fn format_coordinate(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" {

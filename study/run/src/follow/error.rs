@@ -1,4 +1,4 @@
-//! Errors that end a part of a run early, here or in another process.
+//! Errors that end one part of a run early, in this or in another process.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::Failure;
@@ -9,59 +9,59 @@ use crate::engines::BeginError;
 use crate::plan::PlanError;
 use crate::start::error::StartError;
 
-/// Error that ends a part of a run early.
+/// Error that ends a part of a run early: the start or one engine of a replica.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PartError {
-    /// Plan that turns out to be impossible.
+    /// The plan of the case turns out to be impossible.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// Start that cannot be made.
+    /// The initial state cannot be created.
     #[error(transparent)]
     Start(StartError),
-    /// Engine that cannot start.
+    /// The engine cannot start.
     #[error(transparent)]
     Begin(BeginError),
-    /// Engine that cannot continue, as in inelastic collapse.
+    /// The engine cannot continue, as in inelastic collapse.
     #[error("{failure}")]
     Stopped {
-        /// Failure of the engine.
+        /// Failure reported by the engine.
         failure: Failure,
-        /// Gas at that moment as extended XYZ; empty where it is not known.
+        /// State of the gas when it stopped, as extended XYZ; empty if unknown.
         state: String,
     },
-    /// Number of collisions above the limit of the case.
+    /// The number of collisions exceeds the limit of the case.
     #[error("{collisions} collisions have reached engine.ed.collision_limit")]
     CollisionLimit {
         /// Number of collisions so far.
         collisions: u64,
     },
-    /// Checkpoint that cannot be written or read.
+    /// A checkpoint cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] SnapshotError),
-    /// Checkpoint shard that a process cannot write.
+    /// A process cannot write its shard of a checkpoint.
     #[error("{0}")]
     Shards(Failure),
-    /// Measurement record that cannot be written or read.
+    /// The record of a measurement cannot be serialized or read.
     #[error("the record of a measurement: {0}")]
     Record(#[from] postcard::Error),
-    /// File that cannot be written.
+    /// A file of the results folder cannot be written.
     #[error(transparent)]
     Results(#[from] stosszahl_results::ResultsError),
-    /// Interruption by the user; checkpoints are written.
+    /// The user has interrupted the run; checkpoints are written.
     #[error("stopped; continue with --resume")]
     Interrupted,
-    /// Early end in another process.
+    /// The part has ended early in another process.
     #[error("{0}")]
     Elsewhere(Elsewhere),
 }
 
-/// Early end of a part in another process: a [`PartError`] in a form that can be sent.
+/// Early end of a part of a run in another process: a [`PartError`] in a form that can be sent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Elsewhere {
     text: String,
     end: End,
-    /// Gas at that moment as extended XYZ; empty where it is not known.
+    /// State of the gas when it stopped, as extended XYZ; empty if unknown.
     state: String,
 }
 
@@ -74,7 +74,7 @@ enum End {
 }
 
 impl Elsewhere {
-    /// Converts an error to its message and kind.
+    /// Converts an error to its message and kind, so that it can be sent.
     pub(crate) fn from_error(error: &PartError) -> Self {
         let end = if error.is_of_gas() {
             End::OfGas
@@ -92,7 +92,7 @@ impl Elsewhere {
         }
     }
 
-    /// Creates an early end for any other reason.
+    /// Creates the error of another process from a message alone.
     pub(crate) fn other(text: String) -> Self {
         Self {
             text,
@@ -140,7 +140,7 @@ impl From<Interrupted> for PartError {
 }
 
 impl PartError {
-    /// Returns true if the gas itself cannot continue, which does not affect other replicas.
+    /// Returns true if the gas itself cannot continue. Other replicas are then not affected.
     pub fn is_of_gas(&self) -> bool {
         match self {
             Self::Stopped { .. } | Self::CollisionLimit { .. } => true,
@@ -149,7 +149,7 @@ impl PartError {
         }
     }
 
-    /// Returns true if the case is at fault: it cannot be started.
+    /// Returns true if the case cannot be started as it is.
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Plan(_) => true,
@@ -160,7 +160,7 @@ impl PartError {
         }
     }
 
-    /// Returns true if the part only stopped because it was asked to.
+    /// Returns true if the part has only been interrupted.
     pub fn is_interruption(&self) -> bool {
         match self {
             Self::Interrupted => true,
@@ -169,7 +169,7 @@ impl PartError {
         }
     }
 
-    /// Gas that cannot continue, as extended XYZ; empty where it is not known.
+    /// Returns the state of a gas that cannot continue, as extended XYZ; empty if unknown.
     pub fn state(&self) -> &str {
         match self {
             Self::Stopped { state, .. } => state,

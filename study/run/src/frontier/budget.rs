@@ -1,5 +1,5 @@
-//! Distribution of a budget of computing time over the reference, the settings, and the test of
-//! recommendations.
+//! Distribution of a frontier's budget of CPU time over the reference, the settings, and the test
+//! of recommendations.
 //!
 //! The shares rest on counts of work and nominal speeds, never on a clock, so the same case and
 //! budget give the same runs on any machine. A machine slower than the nominal one by more than
@@ -8,34 +8,35 @@
 use super::setting::RunSetting;
 use crate::plan::CasePlan;
 
-/// Share of the budget that goes to the reference.
+/// Share of the CPU time budget for the reference ensemble.
 const REFERENCE: f64 = 0.2;
-/// Share of the budget that goes to the settings.
+/// Share of the CPU time budget for the measured settings.
 const SETTINGS: f64 = 0.5;
-/// Share of the budget that is reserved for the test of recommendations.
+/// Share of the CPU time budget that is reserved for the test of recommendations.
 pub(crate) const TESTS: f64 = 0.3;
 /// Fewest and most runs of the reference ensemble of exact dynamics.
 const REFERENCE_RUNS: [usize; 2] = [16, 1000];
-/// Fewest and most repetitions of a setting.
+/// Fewest and most repetitions of a measured setting.
 const REPETITIONS: [u64; 2] = [4, 256];
-/// CPU time over the budget at which no further run is begun.
+/// CPU time, over the budget, after which no further run begins.
 pub(crate) const PATIENCE: f64 = 4.0;
 
-/// Number of runs of each setting and of the reference.
+/// Division of a budget: number of runs of each setting and of the reference ensemble.
 pub(crate) struct Shares {
-    /// Repetitions in the order of the settings; `None` for settings that are left out.
+    /// Repetitions of each setting, in the order of the settings; `None` for settings that are left
+    /// out.
     pub repetitions: Vec<Option<u64>>,
-    /// Number of runs of the reference.
+    /// Number of runs of the reference ensemble.
     pub reference: usize,
 }
 
-/// Number of repetitions of a setting in a CPU time `share` \[s\], at `seconds` of CPU time for one
-/// run.
-fn repetitions(share: f64, seconds: f64) -> u64 {
+/// Returns the number of repetitions of a setting that fit into a CPU time `share` \[s\], at
+/// `seconds` of CPU time for one run; from 4 to 256.
+fn repetitions_in(share: f64, seconds: f64) -> u64 {
     ((share / seconds) as u64).clamp(REPETITIONS[0], REPETITIONS[1])
 }
 
-/// Distributes a budget of CPU time \[s\].
+/// Distributes a budget of CPU time \[s\] over settings and the reference ensemble.
 ///
 /// Each setting gets the same CPU time, and at least four repetitions; the costliest settings are
 /// left out until that is possible.
@@ -65,7 +66,7 @@ fn shares(costs: &[f64], budget: f64) -> Vec<Option<u64>> {
     let mut kept: Vec<usize> = (0..costs.len()).collect();
     kept.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
     let total = |kept: &[usize], share: f64| -> f64 {
-        let cost = |&index: &usize| costs[index] * repetitions(share, costs[index]) as f64;
+        let cost = |&index: &usize| costs[index] * repetitions_in(share, costs[index]) as f64;
         kept.iter().map(cost).sum()
     };
     while kept.len() > 1 && total(&kept, 0.0) > budget {
@@ -83,7 +84,7 @@ fn shares(costs: &[f64], budget: f64) -> Vec<Option<u64>> {
     }
     let mut all = vec![None; costs.len()];
     for index in kept {
-        all[index] = Some(repetitions(low, costs[index]));
+        all[index] = Some(repetitions_in(low, costs[index]));
     }
     all
 }

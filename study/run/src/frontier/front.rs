@@ -1,5 +1,5 @@
-//! Error against cost: every measured setting with its replicas, and the settings that no cheaper
-//! one surpasses.
+//! Pareto front of error against cost: every measured setting with several numbers of replicas, and
+//! which of them no cheaper one surpasses.
 
 use stosszahl_analysis::accuracy::SettingAccuracy;
 use stosszahl_results::{Table, TableEstimate, table};
@@ -11,24 +11,24 @@ use super::run_record::RunResult;
 use super::setting::RunSetting;
 use crate::plan::CasePlan;
 
-/// Numbers of replicas for which rows are derived from the repetitions of one run.
+/// Numbers of replicas for which the error of a setting is derived from its repetitions.
 pub(crate) const REPLICAS: [u64; 4] = [1, 4, 16, 64];
 
-/// Setting with the results of its repetitions.
+/// Numerical setting of an engine with the results of its repeated runs.
 #[derive(Clone, Debug)]
 pub(crate) struct MeasuredSetting {
-    /// Numerical setting of the runs.
+    /// Numerical setting of the repeated runs.
     pub setting: RunSetting,
-    /// Choices of the setting in words.
+    /// Description of the setting in words.
     pub label: String,
-    /// Systematic and statistical error of each quantity, in the order of the quantities; `None`
-    /// where a run has no value.
+    /// Systematic and statistical error of each quantity, in the order of the quantities; `None` if
+    /// a run lacks the value.
     pub accuracies: Vec<Option<SettingAccuracy>>,
-    /// CPU time of one run, its start included, median over the repetitions \[s\].
+    /// CPU time of one run with its start \[s\], median over the repetitions.
     pub core_seconds: f64,
-    /// Wall time of one run on one thread, median \[s\].
+    /// Wall time of one run on one thread \[s\], median over the repetitions.
     pub wall_seconds: f64,
-    /// Largest memory of the engine \[bytes\].
+    /// Largest memory of the engine in a run \[bytes\].
     pub bytes: usize,
     /// Mean number of pair collisions of one run.
     pub collisions: f64,
@@ -37,7 +37,7 @@ pub(crate) struct MeasuredSetting {
 }
 
 impl MeasuredSetting {
-    /// Evaluates the runs of a setting.
+    /// Computes errors and costs of a setting from its repeated runs.
     pub(crate) fn new(
         setting: RunSetting,
         plan: &CasePlan,
@@ -66,8 +66,8 @@ impl MeasuredSetting {
         }
     }
 
-    /// Returns the quantity of a kind whose total error is largest with this many replicas, and its
-    /// accuracy; `None` if the accuracy of a quantity of the kind is unknown.
+    /// Returns the quantity of a kind whose total error is largest with `replicas` replicas, and
+    /// its accuracy; `None` if the accuracy of a quantity of the kind is unknown.
     pub(crate) fn worst(
         &self,
         kind: QuantityKind,
@@ -83,41 +83,42 @@ impl MeasuredSetting {
     }
 }
 
-/// Row of `frontier.csv`.
+/// Row of the table `frontier.csv`: a setting with a number of replicas, and its error in one
+/// quantity.
 #[derive(Clone, Debug)]
 pub(crate) struct FrontierRow<'a> {
-    /// Measured setting of the row.
+    /// Measured setting that the row is about.
     pub one: &'a MeasuredSetting,
-    /// Name of the quantity's kind; with the prefix `largest-` in the row of the quantity that has
-    /// the largest error of its kind.
+    /// Kind of the quantity. The prefix `largest-` marks the row of the quantity that has the
+    /// largest error of its kind.
     pub name: String,
-    /// Quantity whose error the row states.
+    /// Quantity whose error is in the row.
     pub quantity: FrontierQuantity,
     /// Reference value of the quantity, from theory or from exact dynamics.
     pub reference: Reference,
     /// Number of replicas over which the quantity is averaged.
     pub replicas: u64,
-    /// Bias and statistical error of the setting.
+    /// Systematic and statistical error of the setting in this quantity.
     pub found: SettingAccuracy,
-    /// True if no cheaper setting has a smaller error.
+    /// True if the row is on the Pareto front: no cheaper setting has a smaller error.
     pub on_front: bool,
 }
 
 impl FrontierRow<'_> {
-    /// CPU time of all replicas \[s\].
+    /// Returns the CPU time of all replicas together \[s\].
     pub(crate) fn core_seconds(&self) -> f64 {
         self.replicas as f64 * self.one.core_seconds
     }
 
-    /// Root mean squared error of the mean over the replicas, systematic and statistical, over the
-    /// unit of the quantity's kind (`QuantityKind::unit`).
+    /// Returns the total error, systematic and statistical, of the mean over the replicas. It is
+    /// divided by the unit of the quantity's kind (`QuantityKind::unit`).
     pub(crate) fn error(&self) -> f64 {
         self.found.total(self.replicas)
     }
 }
 
-/// Returns, for each point (cost, error), true if no other point is at least as good in both and
-/// better in one. Of equal points the first is on the front; a point with NaN never is.
+/// Marks the Pareto front of points (cost, error): true if no other point is at least as good in
+/// both and better in one. Of equal points the first is on the front; a point with NaN never is.
 pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
     let mut order: Vec<usize> = (0..points.len())
         .filter(|&index| points[index].0.is_finite() && points[index].1.is_finite())
@@ -137,7 +138,7 @@ pub(crate) fn front(points: &[(f64, f64)]) -> Vec<bool> {
     on
 }
 
-/// Returns all rows of one quantity, or of the worst of a kind: every setting with every number of
+/// Builds the rows of one quantity, or of the worst of a kind: every setting with every number of
 /// replicas.
 fn rows_of<'a>(
     measured: &'a [MeasuredSetting],
@@ -172,7 +173,7 @@ fn rows_of<'a>(
     rows
 }
 
-/// Returns the table `frontier.csv` of some rows.
+/// Builds the table `frontier.csv` from rows.
 pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a FrontierRow<'a>>) -> Table {
     let mut table = table! {
         "frontier", "Error against cost of every measured setting.";
@@ -235,12 +236,13 @@ pub(crate) fn table<'a>(rows: impl IntoIterator<Item = &'a FrontierRow<'a>>) -> 
     table
 }
 
-/// Returns the name of the rows of the worst quantity of a kind.
+/// Returns the row name of the worst quantity of a kind, `largest-` and the kind.
 pub(crate) fn largest(kind: QuantityKind) -> String {
     format!("largest-{}", kind.name())
 }
 
-/// Returns all rows: each quantity, and for kinds of several quantities the worst of them.
+/// Builds all rows of the frontier: for each quantity, and for the worst of each kind that has
+/// several.
 pub(crate) fn rows<'a>(
     measured: &'a [MeasuredSetting],
     quantities: &[FrontierQuantity],

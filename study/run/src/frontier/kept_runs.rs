@@ -1,6 +1,5 @@
-//! Runs of a frontier that are kept in its results folder, each as soon as it is done. So a
-//! frontier that was stopped resumes, and one with another target or budget begins with the runs
-//! that are there.
+//! Journal of the runs of a frontier in its results folder, from which a stopped frontier resumes,
+//! or one with another target or budget begins.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,27 +16,27 @@ use crate::plan::CasePlan;
 use crate::point::as_json;
 use crate::run::start_file;
 
-/// Name of the journal of runs inside the results folder, of a process that works alone.
+/// Name of the journal of runs inside the results folder, for a process that works alone.
 const JOURNAL_FILE: &str = "runs.journal";
-/// Name of the task of writing the tables.
+/// Name of the task, among processes that share the folder, of writing the tables and the page.
 const REPORT: &str = "report";
 /// Longest time between two syncs of the journal to disk \[s\].
 const SYNC_SECONDS: f64 = 30.0;
-/// Keys of the case that change no run of a setting.
+/// Case keys that do not change the runs of a frontier, such as titles and verdict rules.
 const KEYS: Keys<'static> = Keys {
     ignored: &["run.checkpoint_seconds"],
     output: &["title", "verdict", "replicas"],
 };
 
-/// Key of a run: its engine, system size and replica as bytes.
+/// Key of a run in the journal: its setting and replica, serialized.
 pub(crate) type RunKey = Vec<u8>;
 
-/// Returns the name of the task of a run.
+/// Returns the name of the task of making a run, from its key.
 pub(crate) fn task_of(key: &RunKey) -> String {
     format!("run-{}", &blake3::hash(key).to_hex()[..24])
 }
 
-/// Results folder of a frontier, held by this process, with its kept runs.
+/// Results folder of a frontier, locked by this process, with the runs stored in its journals.
 pub(crate) struct KeptRuns {
     folder: Arc<Folder>,
     journal: Journal,
@@ -45,7 +44,7 @@ pub(crate) struct KeptRuns {
     known: Mutex<KnownRuns>,
 }
 
-/// Runs that were read, and the end of each journal at that time.
+/// Runs that were read from the journals, and the length of each journal at that time.
 #[derive(Default)]
 struct KnownRuns {
     runs: BTreeMap<RunKey, RunRecord>,
@@ -53,8 +52,8 @@ struct KnownRuns {
 }
 
 impl KeptRuns {
-    /// Makes the results folder of a frontier, or finds the one of the same case, and reads the
-    /// runs that are kept there.
+    /// Creates the results folder of a frontier, or opens that of the same case, and reads the runs
+    /// stored in it.
     ///
     /// # Errors
     /// [`FrontierError::Results`] if the folder is of something else or another process writes
@@ -106,7 +105,7 @@ impl KeptRuns {
         Ok(kept)
     }
 
-    /// Reads the runs that were added to the journals since the last time.
+    /// Reads the runs that were added to the journals since the last call.
     ///
     /// # Errors
     /// [`FrontierError::Kept`] if a journal is damaged.
@@ -139,8 +138,8 @@ impl KeptRuns {
         TaskStates::read_claims(&self.folder.claims())
     }
 
-    /// Claims a run for this process, which shares the folder; `None` if another process has
-    /// claimed the run.
+    /// Claims a run for this process in the shared folder; `None` if another process has claimed
+    /// it.
     ///
     /// # Errors
     /// [`FrontierError::Results`] if the file system cannot make links.
@@ -152,7 +151,7 @@ impl KeptRuns {
         Ok(worker.claim(&self.folder.claims(), task)?)
     }
 
-    /// Returns `true` if this process is to write the tables and the page.
+    /// Returns true if this process has to write the tables and the page.
     ///
     /// # Errors
     /// As [`Self::claim`].
@@ -163,7 +162,7 @@ impl KeptRuns {
         }
     }
 
-    /// Returns the results folder.
+    /// Returns the results folder of the frontier.
     pub(crate) fn folder(&self) -> &Arc<Folder> {
         &self.folder
     }
@@ -172,12 +171,12 @@ impl KeptRuns {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns a kept run; `None` if it was not made yet.
+    /// Returns a run from the journals; `None` if it was not made yet.
     pub(crate) fn find_run(&self, key: &RunKey) -> Option<RunRecord> {
         self.known().runs.get(key).cloned()
     }
 
-    /// Stores a run in the journal.
+    /// Appends a run to the journal of this process.
     ///
     /// # Errors
     /// [`FrontierError::Results`] if the folder was moved; [`FrontierError::Write`] if the journal

@@ -1,5 +1,5 @@
-//! Runs of many settings on all cores: each run on one thread, with its own time, memory and counts
-//! of work.
+//! Execution of the runs of a frontier on all cores: each run on one thread, with its own time,
+//! memory and counts of work.
 //!
 //! Starts of replica r are the same for all settings of a size: the difference of two settings is
 //! then less noisy than either. A run takes one thread, so that its CPU time is its cost whatever
@@ -25,49 +25,51 @@ use crate::measure::Measure;
 use crate::plan::{CasePlan, EngineKind, PlanError};
 use crate::unsaved::{InMemoryRun, measures, resized};
 
-/// Shortest and longest time between two checks for a run that is free, where several processes
-/// share the folder.
+/// Shortest and longest time between two checks for an unclaimed run, if several processes share
+/// the folder.
 const LOOKS: [Duration; 2] = [Duration::from_millis(5), Duration::from_millis(500)];
-/// Most memory of the starts that are kept for other settings \[bytes\].
+/// Largest memory of initial states that are kept for other settings \[bytes\].
 const STARTS: usize = 1 << 29;
 
-/// First replica of references, whose starts no setting shares.
+/// Replica number of the first reference run; no setting shares initial states with reference runs.
 pub(super) const REFERENCE: u64 = 1 << 32;
-/// First replica of tests on fresh seeds.
+/// Replica number of the first test run of a recommendation, on fresh seeds.
 pub(super) const FRESH: u64 = 1 << 33;
 
-/// Requested runs of a setting.
+/// Request to run a setting for several replicas.
 #[derive(Clone, Debug)]
 pub(crate) struct Task {
-    /// Setting to run.
+    /// Numerical setting to run.
     pub setting: RunSetting,
     /// Numbers of the replicas to run.
     pub replicas: Range<u64>,
 }
 
-/// Outcome of a task: its runs in the order of the replicas, or the reason why it was left out.
+/// Outcome of a task: its runs in the order of the replicas, or the reason why the setting was left
+/// out.
 pub(crate) type TaskOutcome = Result<Vec<RunResult>, String>;
 
-/// Environment of the runs, and limits of their cost.
+/// Executor of tasks within a budget of CPU time.
 pub(crate) struct Workshop<'a> {
-    /// Plan of the measured case.
+    /// Plan of the case whose frontier is measured.
     pub plan: &'a CasePlan,
-    /// Runs that are kept in the results folder.
+    /// Runs stored in the results folder.
     pub kept: &'a KeptRuns,
-    /// Executor of runs in this process.
+    /// Executor of single runs on threads of this process.
     pub runner: Runner<'a>,
-    /// CPU time after which no run is begun \[s\].
+    /// Total CPU time after which no further run begins \[s\].
     pub limit: f64,
-    /// CPU time that the runs of the frontier took so far, runs of earlier calls included \[s\].
+    /// CPU time spent on all runs of the frontier \[s\], those of earlier calls included.
     pub spent: Mutex<f64>,
-    /// Function that reports progress, with the run that has ended; called from time to time.
+    /// Callback for progress messages, with the run that has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
-    /// Number of groups of tasks executed so far; the tasks of a group have one system size.
+    /// Number of groups of tasks executed so far; a group has the tasks of one system size.
     pub groups: AtomicU64,
 }
 
 impl Workshop<'_> {
-    /// CPU time that the runs of the frontier took so far, runs of earlier calls included \[s\].
+    /// Returns the CPU time spent on all runs of the frontier \[s\], those of earlier calls
+    /// included.
     pub(crate) fn spent(&self) -> f64 {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -76,7 +78,7 @@ impl Workshop<'_> {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner) += seconds;
     }
 
-    /// Executes all tasks, cheap ones first; outcomes are in the order of the tasks.
+    /// Executes tasks, cheap ones first, and returns their outcomes in the order of the tasks.
     ///
     /// # Errors
     /// [`FrontierError`] if a system size cannot be planned or threads cannot be started. Failures
@@ -97,7 +99,7 @@ impl Workshop<'_> {
         Ok(outcomes)
     }
 
-    /// Executes one task.
+    /// Executes one task: the runs of a setting for several replicas.
     ///
     /// # Errors
     /// As [`Self::run`].
@@ -106,7 +108,7 @@ impl Workshop<'_> {
         Ok(outcome.unwrap_or_else(|| Ok(Vec::new())))
     }
 
-    /// Executes the tasks of one system size.
+    /// Executes the tasks of one system size, in parallel over their runs.
     fn group(&self, plan: &CasePlan, tasks: &[&Task]) -> Result<Vec<TaskOutcome>, FrontierError> {
         let first = tasks.iter().map(|task| task.replicas.start).min();
         let end = tasks.iter().map(|task| task.replicas.end).max();
@@ -165,8 +167,8 @@ impl Workshop<'_> {
     }
 }
 
-/// Formats the number of a replica. Replicas of the reference are counted from `REFERENCE`, and
-/// replicas on fresh seeds from `FRESH`.
+/// Formats the number of a replica: those of the reference are counted from `REFERENCE`, those on
+/// fresh seeds from `FRESH`.
 fn replica_name(replica: u64) -> String {
     match replica {
         0..REFERENCE => format!("replica {replica}"),
@@ -177,22 +179,22 @@ fn replica_name(replica: u64) -> String {
     }
 }
 
-/// Queue of the jobs of one group of tasks, and the results so far. A job is one replica of one
-/// setting.
+/// Queue of the runs in one group of tasks, with their results so far. Each job is one replica of
+/// one setting.
 struct Bench<'a> {
     workshop: &'a Workshop<'a>,
     tasks: &'a [&'a Task],
     jobs: &'a [(usize, u64)],
-    /// Replicas whose starts are kept for other settings.
+    /// Range of replicas whose initial states are kept for other settings.
     shared: Range<u64>,
-    /// Number of the group of tasks in this process.
+    /// Number of the current group of tasks in this process.
     group: u64,
     state: Mutex<State>,
 }
 
 struct State {
     waiting: VecDeque<usize>,
-    /// Number of jobs in progress.
+    /// Number of jobs that threads of this process are executing.
     held: usize,
     done: Vec<Option<Found>>,
     failure: Option<FrontierError>,
@@ -203,7 +205,7 @@ impl Bench<'_> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Executes jobs until none is left or the budget is spent.
+    /// Executes the jobs of the queue until none is left or the budget is spent.
     fn work(self) -> Result<Vec<Option<Found>>, FrontierError> {
         let runner = &self.workshop.runner;
         let worker = self.workshop.kept.worker();
@@ -227,8 +229,8 @@ impl Bench<'_> {
         failure.map_or(Ok(done), Err)
     }
 
-    /// Executes jobs that this process can claim, until all are done by some process or the budget
-    /// is spent.
+    /// Executes the jobs of the queue that this process can claim, until some process has done
+    /// each, or the budget is spent.
     fn work_shared(&self, worker: &FolderWorker) {
         let mut pause = LOOKS[0];
         while !self.is_finished() && !self.is_over() {
@@ -248,8 +250,8 @@ impl Bench<'_> {
         }
     }
 
-    /// Takes the jobs that other processes have done, and claims one that is free or whose process
-    /// was lost.
+    /// Collects the jobs that other processes have done. Then claims a job that is free, or whose
+    /// process was lost.
     fn next_shared(&self, worker: &FolderWorker) -> Result<Option<Order>, FrontierError> {
         let kept = self.workshop.kept;
         kept.require_same()?;
@@ -291,7 +293,7 @@ impl Bench<'_> {
         Ok(None)
     }
 
-    /// Returns the request for the run of a job.
+    /// Returns the request for the run that a job stands for.
     fn order(&self, job: usize) -> Order {
         let (task, replica) = self.jobs[job];
         let setting = &self.tasks[task].setting;
@@ -305,14 +307,14 @@ impl Bench<'_> {
         }
     }
 
-    /// Returns true if no further run may begin: the CPU time is spent, or the measurement was
-    /// interrupted.
+    /// Returns true if no further run may begin: the CPU time budget is spent, or the measurement
+    /// was interrupted.
     fn is_over(&self) -> bool {
         let workshop = self.workshop;
         workshop.spent() >= workshop.limit || workshop.runner.interrupt.is_raised()
     }
 
-    /// Takes the next job of this process; `None` if no job is left, or no further run may begin.
+    /// Takes the next job from the queue; `None` if no job is left, or no further run may begin.
     fn next(&self) -> Option<Order> {
         if self.is_over() {
             return None;
@@ -351,7 +353,8 @@ impl Bench<'_> {
         }
     }
 
-    /// Returns true if all jobs are done, the budget is spent, or the measurement has failed.
+    /// Returns true if all jobs of the queue are done, the budget is spent, or the measurement has
+    /// failed.
     fn is_finished(&self) -> bool {
         let is_over = self.is_over();
         let state = self.state();
@@ -367,39 +370,38 @@ struct Order {
     kind: EngineKind,
     disks: usize,
     replica: u64,
-    /// True if the start is kept for other settings.
+    /// True if the initial state is kept for other settings.
     shares: bool,
 }
 
-/// Returns the key under which a run is kept: its setting and replica, which with the case
-/// determine its values.
+/// Returns the journal key of a run: its setting and replica, which with the case determine its
+/// values.
 fn key(setting: &RunSetting, replica: u64) -> RunKey {
     // Fails only for types without a length.
     postcard::to_stdvec(&(&setting.engine.kind, setting.disks, replica)).unwrap_or_default()
 }
 
-/// Start that several settings share, with the CPU and wall time it took.
+/// Initial state that several settings share, with the CPU and wall time spent on it \[s\].
 type Shared = OnceLock<Result<(Particles, [f64; 2]), String>>;
 
-/// Executor of runs, on threads of its own.
+/// Executor of single runs, each on a thread pool of its own.
 pub(crate) struct Runner<'a> {
     plan: &'a CasePlan,
     measures: Vec<&'static dyn Measure>,
     interrupt: &'a Interrupt,
     threads: usize,
-    /// Thread pools of one thread each: an engine that would share its work with other threads
-    /// finds only its own.
+    /// Idle thread pools of one thread each, so that an engine cannot use further threads.
     pools: Mutex<Vec<rayon::ThreadPool>>,
     group: Mutex<Group>,
 }
 
-/// Plan and shared starts of the latest group of tasks: the tasks of one system size.
+/// Plan and shared initial states of the current group of tasks: those of one system size.
 #[derive(Default)]
 struct Group {
     number: u64,
     /// Plan of the case with the number of disks of the group.
     plan: Option<Arc<CasePlan>>,
-    /// Shared starts, by the number of the replica.
+    /// Shared initial states, by the number of the replica.
     starts: BTreeMap<u64, Arc<Shared>>,
 }
 
@@ -423,7 +425,7 @@ impl<'a> Runner<'a> {
         })
     }
 
-    /// Plans the case with `disks` disks.
+    /// Plans the case with another number of disks.
     pub(crate) fn plan_of(&self, disks: usize) -> Result<CasePlan, PlanError> {
         if disks == self.plan.count() {
             return Ok(self.plan.clone());
@@ -432,7 +434,8 @@ impl<'a> Runner<'a> {
         CasePlan::new(&case, &self.plan.folder)
     }
 
-    /// Returns the plan of a requested run, and the slot of its start if other settings share that.
+    /// Returns the plan for a requested run, and its shared initial state if other settings use it,
+    /// too.
     fn of_group(&self, order: &Order) -> Result<(Arc<CasePlan>, Option<Arc<Shared>>), PlanError> {
         let mut group = self.group.lock().unwrap_or_else(PoisonError::into_inner);
         if group.number != order.group {
@@ -465,7 +468,7 @@ impl<'a> Runner<'a> {
             stop: self.interrupt,
         };
         let mut begin = || {
-            let (state, seconds) = timed(spent, || run.make_start());
+            let (state, seconds) = run_timed(spent, || run.make_start());
             let state = state.map_err(|error| format!("start: {error}"))?;
             Ok::<_, String>((state, seconds))
         };
@@ -480,7 +483,7 @@ impl<'a> Runner<'a> {
             &own
         };
         let engine = engine(order.kind.clone());
-        let (finished, seconds) = timed(spent, || run.run_engine(&engine, start));
+        let (finished, seconds) = run_timed(spent, || run.run_engine(&engine, start));
         let finished = finished.map_err(|error| error.to_string())?;
         let whole = plan.count() == self.plan.count();
         let steps = finished.work.numbers.get("steps").copied().unwrap_or(0.0);
@@ -509,7 +512,7 @@ impl<'a> Runner<'a> {
 
 /// Runs `work`, adds its CPU time to `spent`, and returns its result with its CPU and wall time
 /// \[s\].
-fn timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
+fn run_timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
     let (cpu, wall) = (ThreadTime::now(), Instant::now());
     let done = work();
     let seconds = [cpu.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64()];
@@ -517,7 +520,7 @@ fn timed<T>(spent: &mut f64, work: impl FnOnce() -> T) -> (T, [f64; 2]) {
     (done, seconds)
 }
 
-/// Median of some numbers; NaN without numbers.
+/// Returns the median of some numbers; NaN without numbers.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

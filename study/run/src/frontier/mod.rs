@@ -1,5 +1,5 @@
-//! Speed against error: measurements of `stosszahl frontier` around a case, and its
-//! recommendations.
+//! Frontier of error against cost: settings of all engines around a case are measured, and the
+//! cheapest for a target error is recommended.
 //!
 //! | module | owns |
 //! |---|---|
@@ -45,53 +45,54 @@ pub use quantity::QuantityKind;
 
 /// Options of the measurement of a frontier.
 pub struct FrontierOptions<'a> {
-    /// Kinds of quantities that must be within the target; all kinds are measured.
+    /// Kinds of quantities whose error must be within the target; all kinds are measured.
     pub kinds: Vec<QuantityKind>,
     /// Largest error that a recommended setting may have, as a fraction of the unit of the
     /// quantity: mostly of its reference value.
     pub target: f64,
-    /// Core time for the whole sweep, planned at nominal speeds \[s\].
+    /// CPU time for the whole frontier, planned at nominal speeds \[s\].
     pub budget: f64,
-    /// Results folder; the runs that a frontier of the same case left there are not made again.
+    /// Results folder of the frontier; runs that an earlier frontier of the same case stored there
+    /// are reused.
     pub folder: PathBuf,
-    /// Folder in which reference ensembles are kept for later frontiers.
+    /// Folder in which reference ensembles are stored for later frontiers.
     pub cache: PathBuf,
-    /// Number of threads; each runs one replica at a time.
+    /// Number of threads of the measurement; each runs one replica at a time.
     pub threads: usize,
-    /// Most tests of a recommendation on fresh seeds.
+    /// Largest number of tests of a recommendation on fresh seeds.
     pub tests: u64,
-    /// True to replace a results folder, with the runs that are kept in it.
+    /// True to replace an existing results folder with the runs stored in it.
     pub force: bool,
-    /// Function that is called now and then with the run that has ended.
+    /// Callback for progress messages, with the run that has ended.
     pub tell: &'a (dyn Fn(&str) + Sync),
-    /// Time of silence after which a process is lost, if the results folder is shared with other
-    /// processes that measure the same frontier.
+    /// Time without heartbeat after which a process is lost; `None` if the folder is not shared
+    /// with other processes.
     pub join: Option<Duration>,
-    /// Interrupt that stops the measurement within a second; the runs that are done are kept.
+    /// Interrupt that stops the measurement within a second; finished runs are kept.
     pub interrupt: &'a Interrupt,
 }
 
-/// Results of a frontier.
+/// Results of a frontier: recommendations as sentences, a figure, and lists for the page.
 #[derive(Clone, Debug)]
 pub struct Frontier {
-    /// Title of the case.
+    /// Title of the measured case.
     pub title: String,
-    /// Sentence on the engine that keeps the target at the least cost.
+    /// Sentence on the engine that meets the target at the least cost.
     pub headline: String,
-    /// Sentences: the recommendation for each group of engines, and the CPU time of the
+    /// Recommendations as sentences, one for each class of engines, and the CPU time of the
     /// measurement.
     pub conclusions: Vec<String>,
-    /// Description of the measurement and its reference.
+    /// Description of the measurement and its reference, in words.
     pub provenance: String,
     /// Settings that were not measured, each with the reason.
     pub left_out: Vec<String>,
-    /// Table of the largest error of each kind of quantity against core time, with its figure:
-    /// single runs, and the front of all numbers of replicas.
+    /// Table of the largest error of each kind of quantity against CPU time, with its figure:
+    /// single runs, and the Pareto front over all numbers of replicas.
     pub figure: Table,
-    /// Lists of the page.
+    /// Lists for the report page.
     pub lists: Vec<WordTable>,
-    /// Results folder, which no other process writes into until this is dropped: the page must be
-    /// written before.
+    /// Results folder, locked by this process until the value is dropped. The page must be written
+    /// before.
     pub held: Arc<Folder>,
     /// True if this process, of all that share the folder, has to write the page.
     pub is_reporter: bool,
@@ -102,45 +103,45 @@ pub struct Frontier {
 pub struct WordTable {
     /// Title of the list.
     pub title: String,
-    /// Columns: the name, and whether the column holds words.
+    /// Columns of the list: name, and true if the column holds words.
     pub columns: &'static [(&'static str, bool)],
-    /// Rows of the list.
+    /// Rows of the list, formatted.
     pub rows: Vec<Vec<String>>,
 }
 
-/// Reason why a frontier cannot be measured.
+/// Error with which a frontier cannot be measured.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrontierError {
-    /// The case is refused.
+    /// The case file is invalid.
     #[error(transparent)]
     Invalid(#[from] CaseError),
-    /// The case cannot be swept.
+    /// A frontier cannot be measured for this kind of case.
     #[error("{found}; a frontier needs {expected}")]
     Case {
-        /// Property of the case.
+        /// Property of the case that prevents it.
         found: String,
-        /// Property that a case must have.
+        /// Property that the case must have.
         expected: &'static str,
     },
-    /// A system size cannot be planned.
+    /// The case cannot be planned with another system size.
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// Threads cannot be started.
     #[error("threads: {0}")]
     Pool(#[from] rayon::ThreadPoolBuildError),
-    /// The kept ensemble or the journal of kept runs is not usable.
+    /// The stored reference ensemble or the journal of runs is damaged or of another case.
     #[error("{0}; remove the file to make its runs anew")]
     Kept(#[source] SnapshotError),
     /// Runs of the reference, or of a recommendation, failed.
     #[error("{what}: {reason}")]
     Runs {
-        /// Name of the result that is missing.
+        /// Result that is missing because its runs failed, in words.
         what: &'static str,
-        /// Reason of the failure.
+        /// Reason why the runs failed.
         reason: String,
     },
-    /// A folder cannot be made.
+    /// A folder cannot be created.
     #[error("{}: {source}", path.display())]
     Folder {
         /// Path of the folder that cannot be created.
@@ -148,19 +149,19 @@ pub enum FrontierError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The measurement was asked to stop.
+    /// The measurement was interrupted.
     #[error("stopped; the same command goes on with the runs that are kept")]
     Interrupted,
-    /// A file cannot be written.
+    /// A file of the results folder cannot be written or read.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// The kept ensemble cannot be written.
+    /// The reference ensemble or the journal cannot be written.
     #[error(transparent)]
     Write(#[from] SnapshotError),
 }
 
 impl FrontierError {
-    /// Returns true if the input is at fault, and not the system or a run.
+    /// Returns true if the input is invalid; false for a failure of the system or of a run.
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Invalid(_) | Self::Case { .. } | Self::Plan(_) | Self::Kept(_) => true,
@@ -171,8 +172,8 @@ impl FrontierError {
 }
 
 /// Measures the settings around a case, tests what it recommends, and writes `frontier.csv`,
-/// `orders.csv` and `recommendation.md`. Numbers are the same for the same case, seed and budget,
-/// but for timings and what follows from them.
+/// `orders.csv` and `recommendation.md`. Results depend only on case, seed and budget, except for
+/// timings and what follows from them.
 ///
 /// # Errors
 /// [`FrontierError`] if the case is refused, the reference cannot be had, or a file cannot be

@@ -1,4 +1,5 @@
-//! Test of the orders of errors that theory predicts.
+//! Test of theoretical orders of convergence, by weighted fits of errors against refined
+//! parameters.
 //!
 //! Each sequence of settings is fitted with `limit + slope h^order`, the order being theory's, and
 //! with the order free. The runs of a sequence share their starts, so their common noise goes into
@@ -12,25 +13,25 @@ use super::front::MeasuredSetting;
 use super::quantity::FrontierQuantity;
 use super::reference::Reference;
 
-/// Number of standard errors from which a slope counts as seen.
+/// Number of standard errors from which the slope of an error over h counts as significant.
 const SEEN: f64 = 3.0;
-/// Standard deviations of chi-squared above its degrees of freedom from which an order does not
-/// hold.
+/// Excess of chi-squared over its degrees of freedom, in standard deviations, from which an order
+/// of convergence is rejected.
 const BAD: f64 = 3.0;
 
-/// Verdict on the order of convergence of a sequence of settings.
+/// Verdict on the theoretical order of convergence of a sequence of settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OrderVerdict {
-    /// The order of theory describes the values, and there is an error to describe.
+    /// The theoretical order describes the values, and the error is significant.
     Holds,
-    /// The order of theory does not describe the values.
+    /// The theoretical order does not describe the values.
     DoesNotHold,
-    /// The slope is within the noise: no error to describe.
+    /// The slope of the error is within the noise, so that no order can be tested.
     NotSeen,
 }
 
 impl OrderVerdict {
-    /// Returns the verdict in words.
+    /// Returns the verdict in words, for tables.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Holds => "holds",
@@ -40,30 +41,30 @@ impl OrderVerdict {
     }
 }
 
-/// Row of `orders.csv`.
+/// Row of `orders.csv`: the fitted order of convergence of one sequence and quantity.
 #[derive(Clone, Debug)]
 pub(crate) struct OrderRow {
     /// Name of the refined parameter and the scheme.
     pub sequence: &'static str,
     /// Quantity whose order of convergence is fitted.
     pub quantity: FrontierQuantity,
-    /// Number of settings in the fit: those of the smallest h.
+    /// Number of settings in the fit: those with the smallest h.
     pub settings: usize,
-    /// Largest h of the settings in the fit.
+    /// Largest refined parameter h of the settings in the fit.
     pub coarsest: f64,
     /// Order of convergence by theory.
     pub order: f64,
-    /// Order that fits best, and its range of one standard error; `None` if no error is seen or
-    /// there are fewer than three settings.
+    /// Order that fits best, and its range of one standard error; `None` if the error is not
+    /// significant or there are fewer than three settings.
     pub found: Option<(f64, [f64; 2])>,
-    /// Fit of `limit + slope h^order` to the errors over the unit of the quantity; the limit is the
-    /// systematic error at h = 0.
+    /// Fit of `limit + slope h^order` to the errors, over the unit of the quantity. The limit is
+    /// the systematic error at h = 0.
     pub line: FittedLine,
-    /// Verdict on whether the order of theory describes the values.
+    /// Verdict on whether the theoretical order describes the values.
     pub verdict: OrderVerdict,
 }
 
-/// Returns the table `orders.csv`, with one row for each sequence and quantity.
+/// Builds the table `orders.csv`, with one row for each sequence and quantity.
 pub(crate) fn table(rows: &[OrderRow]) -> Table {
     let mut table = table! {
         "orders", "Whether errors fall at the orders that theory predicts.";
@@ -101,7 +102,8 @@ pub(crate) fn table(rows: &[OrderRow]) -> Table {
     table
 }
 
-/// Fits all sequences of the measured settings that can be fitted, with all quantities.
+/// Fits the order of convergence of every sequence of settings in every quantity, as far as
+/// possible.
 pub(crate) fn orders(
     measured: &[MeasuredSetting],
     quantities: &[FrontierQuantity],
@@ -130,22 +132,22 @@ pub(crate) fn orders(
             };
             let points = measured.iter().filter_map(point).collect();
             let error = known.standard_error / unit;
-            rows.extend(row(sequence, *quantity, order, points, error));
+            rows.extend(fit_sequence(sequence, *quantity, order, points, error));
         }
     }
     rows
 }
 
-/// Fits one sequence. Theory is about small h: while its order does not describe the values, the
-/// coarsest setting is left out as long as three are left.
-fn row(
+/// Fits the order of convergence of one sequence in one quantity. Theory holds for small h: while
+/// its order does not describe the values, the coarsest setting is left out, down to three.
+fn fit_sequence(
     sequence: &'static str,
     quantity: FrontierQuantity,
     order: f64,
     mut points: Vec<FitPoint>,
     reference_error: f64,
 ) -> Option<OrderRow> {
-    /// Fewest settings of a fit.
+    /// Smallest number of settings in a fit of the order.
     const FEWEST: usize = 3;
     points.sort_by(|a, b| a.x.total_cmp(&b.x));
     let all = points.clone();
@@ -181,7 +183,7 @@ fn row(
     })
 }
 
-/// Returns true if a fit does not describe its values.
+/// Returns true if chi-squared shows that a fit does not describe its values.
 fn is_bad(line: &FittedLine) -> bool {
     let freedom = line.degrees_of_freedom as f64;
     line.chi_squared > freedom + BAD * (2.0 * freedom).sqrt()
@@ -202,7 +204,7 @@ mod tests {
             kind: QuantityKind::Energy,
             time: 1.0,
         };
-        row("cells", quantity, order, points.to_vec(), 0.0)
+        fit_sequence("cells", quantity, order, points.to_vec(), 0.0)
             .expect("a fit")
             .verdict
     }

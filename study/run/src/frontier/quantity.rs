@@ -1,4 +1,4 @@
-//! Quantities of a run, measured all at once, and their theory where it is exact.
+//! Quantities of a run whose errors a frontier measures, and their theory where it is exact.
 
 use std::str::FromStr;
 
@@ -14,14 +14,14 @@ use crate::measures::{GasSeries, last_structure_factor};
 use crate::plan::{CasePlan, EnginePlan};
 use crate::unsaved::{collision_rate, energies, window};
 
-/// Decades of time before the end of the run in which the energy is taken.
+/// Decades of time before the end of the run in which the energy is compared.
 const DECADES: i32 = 2;
-/// Number of times in each decade.
+/// Number of times in each decade at which the energy is compared.
 const TIMES_PER_DECADE: u64 = 3;
-/// Largest mode number `L/wavelength` of the structure factor at low k, and number of the
+/// Largest mode number `L/wavelength` of the structure factor at long waves, and number of the
 /// shells up to it.
 const LOW_WAVE_NUMBERS: i64 = 4;
-/// Measures that runs make.
+/// Measures that the runs of a frontier make.
 pub(crate) const MEASURES: [&str; 3] = ["energy", "impact_parameters", "structure_factor"];
 
 /// Choice of `--quantity`: the quantity whose error ranks the settings.
@@ -42,7 +42,7 @@ pub enum QuantityKind {
 }
 
 impl QuantityKind {
-    /// All kinds of quantities.
+    /// All kinds of quantities of a frontier.
     pub const ALL: [Self; 5] = [
         Self::Energy,
         Self::CollisionRate,
@@ -51,7 +51,7 @@ impl QuantityKind {
         Self::Structure,
     ];
 
-    /// Returns the name on the command line and in tables.
+    /// Returns the name of the quantity kind on the command line and in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Energy => "energy",
@@ -62,7 +62,7 @@ impl QuantityKind {
         }
     }
 
-    /// Returns the name in sentences.
+    /// Returns the name of the quantity kind in sentences.
     pub(crate) fn title(self) -> &'static str {
         match self {
             Self::Energy => "energy",
@@ -73,8 +73,8 @@ impl QuantityKind {
         }
     }
 
-    /// Unit by which errors of this kind are divided: the reference value, or 1 for kinds whose
-    /// reference may be zero.
+    /// Returns the unit by which errors of this kind of quantity are divided: the reference value,
+    /// or 1 for kinds whose reference may be zero.
     pub(crate) fn unit(self, reference: f64) -> f64 {
         match self {
             Self::Energy | Self::CollisionRate | Self::Structure => reference,
@@ -93,7 +93,7 @@ impl FromStr for QuantityKind {
     }
 }
 
-/// Quantity of a run.
+/// Quantity of a run at one time or in one window, whose error is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrontierQuantity {
     /// Kind of the quantity.
@@ -102,7 +102,7 @@ pub(crate) struct FrontierQuantity {
     pub time: f64,
 }
 
-/// Returns the case as it is measured: its gas and start, but with fixed sample times and fixed
+/// Returns the case as a frontier runs it: with its gas and start, but fixed sample times and
 /// measures.
 pub(crate) fn measured(case: &Case) -> Case {
     let mut case = case.clone();
@@ -129,7 +129,7 @@ pub(crate) fn measured(case: &Case) -> Case {
     case
 }
 
-/// Returns all quantities of a measured case.
+/// Returns all quantities that a frontier of a case measures.
 pub(crate) fn quantities(plan: &CasePlan) -> Vec<FrontierQuantity> {
     let kind = QuantityKind::Energy;
     let times = plan.sample_times().into_iter().skip(1);
@@ -141,8 +141,8 @@ pub(crate) fn quantities(plan: &CasePlan) -> Vec<FrontierQuantity> {
         .collect()
 }
 
-/// Returns the values of all quantities in a finished run, in the order of [`quantities`]; NaN
-/// where a run does not have one.
+/// Reads the values of all quantities from a finished run, in the order of [`quantities`]; NaN for
+/// a value that the run lacks.
 ///
 /// The wave numbers of S(k) are multiples of 2π over the side of the box, so S(k) compares with the
 /// case only in a box of its size: `whole`.
@@ -178,8 +178,8 @@ pub(crate) fn observe(
     values
 }
 
-/// Returns the theoretical value of a quantity, where theory is exact in the limit of a large gas;
-/// `None` elsewhere.
+/// Computes the theoretical value of a quantity, if theory is exact in the limit of a large gas;
+/// `None` otherwise.
 ///
 /// An elastic gas conserves its energy, is Maxwellian, collides at Enskog's rate and has uniform
 /// impact parameters. The contact value is right to 0.1 % up to packing 0.5, and N disks of

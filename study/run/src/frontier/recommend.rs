@@ -1,5 +1,5 @@
-//! Recommendation: the cheapest setting of each engine that keeps a target, and its test on fresh
-//! seeds.
+//! Recommendation of a frontier: the cheapest setting of each class of engines that meets a target
+//! error, and its test on fresh seeds.
 
 use stosszahl_analysis::accuracy::SettingAccuracy;
 
@@ -9,18 +9,18 @@ use super::measure::{FRESH, Task, Workshop};
 use super::quantity::{FrontierQuantity, QuantityKind};
 use super::reference::Reference;
 
-/// Most replicas of a recommendation.
+/// Largest number of replicas in a recommendation.
 const MOST: u64 = 4096;
 
 /// Search among measured settings for the cheapest one that meets a target.
 pub(crate) struct SettingSearch<'a> {
     /// Measured settings to choose among.
     pub measured: &'a [MeasuredSetting],
-    /// Quantities that were measured.
+    /// Quantities whose errors were measured.
     pub quantities: &'a [FrontierQuantity],
-    /// References of the quantities.
+    /// Reference values of the quantities, in their order.
     pub references: &'a [Reference],
-    /// Largest error allowed, over the unit of the quantity's kind (`QuantityKind::unit`).
+    /// Target: largest error allowed, over the unit of the quantity's kind (`QuantityKind::unit`).
     pub error: f64,
     /// Kinds of quantities whose errors must not exceed the target.
     pub kinds: &'a [QuantityKind],
@@ -28,19 +28,19 @@ pub(crate) struct SettingSearch<'a> {
     pub disks: usize,
 }
 
-/// Class of engines that gets a recommendation of its own.
+/// Class of engines that gets a recommendation of its own: exact dynamics, or Monte Carlo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum EngineGroup {
-    /// Exact dynamics.
+    /// Exact event-driven dynamics.
     EventDriven,
-    /// Any Monte Carlo scheme.
+    /// Monte Carlo, by any scheme.
     MonteCarlo,
 }
 
 impl EngineGroup {
     pub(crate) const ALL: [Self; 2] = [Self::EventDriven, Self::MonteCarlo];
 
-    /// Returns the name in words.
+    /// Returns the name of the engine class in words.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::EventDriven => "Exact dynamics",
@@ -53,26 +53,26 @@ impl EngineGroup {
     }
 }
 
-/// Recommended setting and number of replicas.
+/// Recommendation for a class of engines: a setting and a number of replicas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Choice {
-    /// Index among the measured settings.
+    /// Index of the recommended setting among the measured settings.
     pub index: usize,
     /// Number of replicas whose mean meets the target.
     pub replicas: u64,
-    /// CPU time of all replicas \[s\].
+    /// CPU time of all replicas together \[s\].
     pub core_seconds: f64,
-    /// Largest expected root mean squared error of the wanted quantities, each over the unit of its
-    /// kind (`QuantityKind::unit`): mostly the reference value.
+    /// Largest expected total error of the requested quantities, each over the unit of its kind
+    /// (`QuantityKind::unit`): mostly the reference value.
     pub error: f64,
 }
 
 /// Outcome of the tests of a recommended setting on fresh seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tested {
-    /// Number of tests in which every wanted quantity was within the target.
+    /// Number of tests in which every requested quantity was within the target.
     pub kept: u64,
-    /// Number of tests; each averages the recommended number of replicas.
+    /// Number of tests made; each averages the recommended number of replicas.
     pub tests: u64,
     /// Largest root mean squared error of the quantities over all tests, each over the unit of its
     /// kind (`QuantityKind::unit`): mostly the reference value.
@@ -82,10 +82,10 @@ pub(crate) struct Tested {
 }
 
 impl<'a> SettingSearch<'a> {
-    /// Returns the systematic and statistical error of the quantity with this index. Exact dynamics
-    /// of the whole case has no systematic error against a reference ensemble of exact dynamics:
-    /// the difference of their means is noise of both.
-    fn judged(&self, one: &MeasuredSetting, index: usize) -> Option<SettingAccuracy> {
+    /// Returns the systematic and statistical error of a setting in the quantity with this index.
+    /// Exact dynamics of the whole case is given no systematic error against a reference ensemble
+    /// of exact dynamics: the difference of their means is noise of both.
+    fn accuracy_of(&self, one: &MeasuredSetting, index: usize) -> Option<SettingAccuracy> {
         let found = one.accuracies[index]?;
         let same = one.setting.is_reference(self.disks) && self.references[index].is_ensemble;
         Some(if same {
@@ -101,7 +101,7 @@ impl<'a> SettingSearch<'a> {
         (0..self.quantities.len()).filter(asked)
     }
 
-    /// Returns the settings of a group of engines.
+    /// Returns the measured settings of a class of engines, with their indices.
     fn settings_of(
         &self,
         engines: EngineGroup,
@@ -110,15 +110,17 @@ impl<'a> SettingSearch<'a> {
         all.filter(move |(_, one)| engines.holds(one))
     }
 
-    /// Returns the cheapest setting whose assured error of every wanted quantity is within the
-    /// target.
+    /// Returns the cheapest setting of a class of engines whose assured error of every requested
+    /// quantity meets the target.
     pub(crate) fn choose(&self, engines: EngineGroup) -> Option<Choice> {
         let choice = |(index, one): (usize, &MeasuredSetting)| {
             let runs = self
                 .wanted()
-                .map(|place| self.judged(one, place)?.runs_for(self.error, MOST));
+                .map(|place| self.accuracy_of(one, place)?.runs_for(self.error, MOST));
             let replicas = runs.collect::<Option<Vec<u64>>>()?.into_iter().max()?;
-            let found = self.wanted().filter_map(|place| self.judged(one, place));
+            let found = self
+                .wanted()
+                .filter_map(|place| self.accuracy_of(one, place));
             Some(Choice {
                 index,
                 replicas,
@@ -130,7 +132,7 @@ impl<'a> SettingSearch<'a> {
         choices.min_by(|a, b| a.core_seconds.total_cmp(&b.core_seconds))
     }
 
-    /// Returns the setting whose systematic error of the worst wanted quantity is smallest, with
+    /// Returns the setting whose systematic error of the worst requested quantity is smallest, with
     /// this error and its standard error, both over the unit of the quantity's kind.
     pub(crate) fn nearest(&self, engines: EngineGroup) -> Option<(&'a MeasuredSetting, [f64; 2])> {
         let worst = |(_, one): (usize, &'a MeasuredSetting)| {
@@ -146,9 +148,9 @@ impl<'a> SettingSearch<'a> {
         all.min_by(|a, b| a.1[0].total_cmp(&b.1[0]))
     }
 
-    /// Returns a finer setting of a sequence of the chosen one, whose systematic error is surely
-    /// beyond the target: then the chosen one is right because errors cancel, and not because it is
-    /// fine enough.
+    /// Returns a finer setting, in a sequence of the chosen one, whose systematic error certainly
+    /// exceeds the target. The chosen setting is then right only because errors cancel, not because
+    /// it is fine enough.
     pub(crate) fn finer_that_fails(&self, choice: &Choice) -> Option<(&'a MeasuredSetting, f64)> {
         let chosen = &self.measured[choice.index].setting;
         let finer = |other: &&MeasuredSetting| {
@@ -166,8 +168,8 @@ impl<'a> SettingSearch<'a> {
         })
     }
 
-    /// Runs a choice on fresh seeds, as often as `most` and its share of the time \[s\] allow, but
-    /// at least once.
+    /// Tests a recommended setting on fresh seeds, as often as `most` and its share of the CPU time
+    /// \[s\] allow, but at least once.
     ///
     /// # Errors
     /// [`FrontierError`] if runs cannot be made.

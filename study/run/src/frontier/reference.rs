@@ -1,4 +1,4 @@
-//! References of errors: theory where it is exact, and a large ensemble of exact dynamics
+//! Reference values of a frontier: theory where it is exact, and a large ensemble of exact dynamics
 //! elsewhere.
 //!
 //! The ensemble has replicas of its own, which no setting runs. It is kept in a file with its
@@ -20,27 +20,28 @@ use super::run_record::RunResult;
 use super::setting::RunSetting;
 use crate::plan::CasePlan;
 
-/// Number of runs of the ensemble between two writes of the file.
+/// Number of ensemble runs between two writes of the ensemble file.
 const BATCH: usize = 64;
 
-/// Reference value of a quantity.
+/// Reference value of a quantity, with its origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reference {
-    /// Reference value with its standard error, in the unit of the quantity.
+    /// Reference value and standard error, in the unit of the quantity.
     pub known: Known,
-    /// True if the value is from an ensemble of exact dynamics, and not from exact theory.
+    /// True if the reference value is from an ensemble of exact dynamics; false if it is from exact
+    /// theory.
     pub is_ensemble: bool,
 }
 
-/// File of the runs of an ensemble: a snapshot, which identifies its case and detects changes.
+/// File of the runs of a reference ensemble, with a fingerprint of its case.
 pub(crate) struct Cache {
-    /// Path of the file.
+    /// Path of the ensemble file.
     pub path: PathBuf,
     fingerprint: Fingerprint,
 }
 
 impl Cache {
-    /// Returns the file of the ensemble of a measured case in a folder.
+    /// Returns the file, inside a folder, of the reference ensemble of a case.
     pub(crate) fn ensemble_file(plan: &CasePlan, folder: &Path) -> Self {
         let mut case = plan.case.clone();
         case.engine = EnginesSpec::default();
@@ -70,7 +71,7 @@ impl Cache {
         }
     }
 
-    /// Returns a hash of the case with its seed and the version of the program, in hexadecimal.
+    /// Returns a hash of the case with its seed and the program version, in hexadecimal.
     pub(crate) fn fingerprint(&self) -> String {
         blake3::Hash::from_bytes(self.fingerprint).to_hex()[..16].to_owned()
     }
@@ -86,18 +87,18 @@ impl Cache {
     }
 }
 
-/// References of all quantities, with the number of runs of exact dynamics behind them.
+/// Reference values of all quantities, with the number of ensemble runs behind them.
 pub(crate) struct References {
-    /// References in the order of the quantities.
+    /// Reference values in the order of the quantities.
     pub values: Vec<Reference>,
-    /// Number of runs of the ensemble; 0 where theory is exact for all.
+    /// Number of runs in the reference ensemble; 0 if theory is exact for all quantities.
     pub runs: usize,
-    /// Number of runs of the ensemble that were not found in its file, and so were made now.
+    /// Number of runs of the reference ensemble that had to be made now.
     pub made: usize,
 }
 
-/// Finds the references; an ensemble of `count` runs is made or continued where theory is not
-/// exact.
+/// Finds the reference values of all quantities. Where theory is not exact, an ensemble of `count`
+/// runs is made or completed.
 ///
 /// # Errors
 /// [`FrontierError`] if the kept ensemble is not of this case or damaged, or a run fails.

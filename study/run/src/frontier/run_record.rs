@@ -1,15 +1,15 @@
-//! Record of one run of a frontier, as its journal holds it.
+//! Record of one run of a frontier, as stored in the journal.
 
 use serde::{Deserialize, Serialize};
 
-/// Values and work of one run of a setting, by which a frontier ranks it.
+/// Result of one run of a setting: values of the quantities, and cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RunResult {
-    /// Values of all quantities of the frontier, in their order; NaN where the run has none.
+    /// Values of all quantities of the frontier in their order; NaN for a value that the run lacks.
     pub values: Vec<f64>,
-    /// Number of pair collisions; of simulators where simulators collide.
+    /// Number of pair collisions; those of simulators in Monte Carlo.
     pub collisions: u64,
-    /// Number of steps of a Monte Carlo engine; 0 for exact dynamics.
+    /// Number of time steps of Monte Carlo; 0 for exact dynamics.
     pub steps: u64,
     /// Memory of the engine \[bytes\].
     pub bytes: usize,
@@ -19,14 +19,14 @@ pub(crate) struct RunResult {
     pub wall_seconds: f64,
 }
 
-/// Result of a run, or the reason why it failed.
+/// Result of a run, or the reason why it failed, in words.
 pub(crate) type Found = Result<RunResult, String>;
 
-/// Result of one run, and its cost.
+/// Result of one run of a frontier, and the CPU time that it took.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct RunRecord {
     /// Result of the run, or the reason why it failed.
     pub(crate) found: Found,
-    /// CPU time that the run took from the budget, also if it failed \[s\].
+    /// CPU time that the run took \[s\], also if it failed.
     pub(crate) spent: f64,
 }

@@ -1,4 +1,4 @@
-//! The settings of a sweep: choices that affect accuracy, varied around a case one at a time.
+//! Settings of a frontier: numerical parameters of the engines, varied one at a time around a case.
 //!
 //! Replicas are not varied: n of them lower the noise by √n and leave the bias, so their error
 //! follows from that of one (see [`stosszahl_analysis::accuracy`]).
@@ -13,32 +13,32 @@ use stosszahl_results::engine_title;
 
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
 
-/// Step of a sequence of settings whose error falls by theory as a power of h.
+/// Place of a setting in a sequence whose error falls, by theory, as a power of a parameter h.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Refinement {
     /// Name of the sequence: the refined parameter, and the scheme.
     pub sequence: &'static str,
-    /// Parameter h of the setting: the error vanishes with it.
+    /// Refined parameter h of the setting, with which the error vanishes.
     pub h: f64,
-    /// Power of h by which the error vanishes, by theory.
+    /// Order of convergence: power of h by which the error vanishes, by theory.
     pub order: f64,
 }
 
-/// Numerical choices of one run.
+/// Numerical setting of a run: engine, its parameters and system size.
 #[derive(Clone, Debug)]
 pub(crate) struct RunSetting {
-    /// Engine with its numerical choices.
+    /// Engine with its numerical parameters.
     pub engine: EnginePlan,
     /// Number of disks; the box follows from the packing fraction.
     pub disks: usize,
-    /// Sequences that the setting belongs to.
+    /// Sequences of refinement that the setting belongs to.
     pub refinements: Vec<Refinement>,
 }
 
-/// Fewest disks of a smaller system.
+/// Smallest number of disks of a smaller system.
 const FEWEST: usize = 64;
 
-/// Creates an engine with its choices, in a periodic box.
+/// Creates the plan of an engine in a periodic box.
 pub(super) fn engine(kind: EngineKind) -> EnginePlan {
     let name = match &kind {
         EngineKind::EventDriven { .. } => "ed",
@@ -68,8 +68,8 @@ fn event_driven(contact_time: f64) -> EngineKind {
 }
 
 impl RunSetting {
-    /// Creates the setting of exact dynamics as the case wants it: without the contact time of the
-    /// TC model, which is an approximation.
+    /// Creates the setting of exact dynamics without the contact time of the TC model, which is an
+    /// approximation.
     pub(crate) fn exact(disks: usize) -> Self {
         Self {
             engine: engine(event_driven(0.0)),
@@ -78,17 +78,18 @@ impl RunSetting {
         }
     }
 
-    /// Returns true if the engine is event-driven.
+    /// Returns true if the setting's engine is event-driven.
     pub(crate) fn is_event_driven(&self) -> bool {
         matches!(self.engine.kind, EngineKind::EventDriven { .. })
     }
 
-    /// Returns true if the setting is exact dynamics of the whole gas of this many disks.
+    /// Returns true if the setting is exact dynamics of a gas with the full number of disks of the
+    /// case.
     pub(crate) fn is_reference(&self, disks: usize) -> bool {
         self.engine.kind == event_driven(0.0) && self.disks == disks
     }
 
-    /// Describes the choices in words.
+    /// Describes the parameters of the setting in words.
     pub(crate) fn label(&self, plan: &CasePlan) -> String {
         let mut parts = Vec::new();
         match &self.engine.kind {
@@ -118,22 +119,24 @@ impl RunSetting {
         parts.join(", ")
     }
 
-    /// Rough time of one run with its start \[s\], from counts of work alone: shares of a budget
-    /// must not depend on a clock.
+    /// Estimates the computing time of one run with its start \[s\], from counts of work alone,
+    /// since the division of a budget must not depend on a clock.
     pub(crate) fn nominal_seconds(&self, plan: &CasePlan) -> f64 {
-        /// Time of a pair collision of exact dynamics \[s\].
+        /// Nominal computing time of a pair collision of exact dynamics \[s\].
         const EXACT: f64 = 6e-7;
-        /// Time to place a disk \[s\].
+        /// Nominal computing time to place a disk \[s\].
         const PLACED: f64 = 1e-5;
-        /// Time per simulator and step for flight and sorting alone \[s\].
+        /// Nominal computing time per simulator and time step for flight and sorting \[s\].
         const FLIGHT: f64 = 5e-8;
-        /// Time per simulator and step for collisions within cells \[s\].
+        /// Nominal computing time per simulator and time step for collisions within cells \[s\].
         const WITHIN: f64 = 2.5e-8;
-        /// Time per simulator and step with partners from the cell of the point of contact \[s\].
+        /// Nominal computing time per simulator and time step with partners from the cell of the
+        /// point of contact \[s\].
         const ESMC: f64 = 4e-7;
-        /// Time per simulator and step with pairs that overlap \[s\].
+        /// Nominal computing time per simulator and time step with pairs that overlap \[s\].
         const OVERLAP: f64 = 2.5e-7;
-        /// Time of a pair collision with a partner around the point of contact \[s\].
+        /// Nominal computing time of a pair collision with a partner around the point of contact
+        /// \[s\].
         const AROUND: f64 = 3e-6;
         let disks = self.disks as f64;
         let collisions = 0.5 * disks * plan.expected_collisions(plan.case.run.until);
@@ -157,7 +160,7 @@ impl RunSetting {
     }
 }
 
-/// Describes the choices of a scheme that are not its default.
+/// Describes the parameters of a scheme that differ from its defaults.
 fn scheme_choices(parameters: &Parameters, plan: &CasePlan, disks: usize) -> Vec<String> {
     let displaced = match parameters.displacement {
         PartnerDisplacement::None => "not displaced",
@@ -186,7 +189,8 @@ fn scheme_choices(parameters: &Parameters, plan: &CasePlan, disks: usize) -> Vec
     words.into_iter().flatten().collect()
 }
 
-/// Returns the default start of simulators: with the long density waves of the start if they grow.
+/// Returns the default start of several sets of simulators: coherent, with the long density waves
+/// of the start, if such waves grow.
 fn copies(plan: &CasePlan, disks: usize) -> SimulatorStart {
     let widest = plan.lengths[0].max(plan.lengths[1]);
     let width = widest * (disks as f64 / plan.count() as f64).sqrt();
@@ -198,7 +202,7 @@ fn copies(plan: &CasePlan, disks: usize) -> SimulatorStart {
     }
 }
 
-/// Settings without repetition: one that comes again only gets one more refinement.
+/// List of settings without duplicates; a repeated setting only gets one more refinement.
 struct List<'a> {
     plan: &'a CasePlan,
     all: Vec<RunSetting>,
@@ -218,7 +222,8 @@ impl List<'_> {
         }
     }
 
-    /// Adds a sequence of Monte Carlo settings, with h and the choice that it stands for.
+    /// Adds a sequence of Monte Carlo settings to the list; `steps` yields the parameter h and the
+    /// settings' parameters.
     fn sequence(
         &mut self,
         sequence: &'static str,
@@ -232,13 +237,13 @@ impl List<'_> {
         }
     }
 
-    /// Adds a Monte Carlo setting.
+    /// Adds a Monte Carlo setting to the list.
     fn one(&mut self, parameters: Parameters) {
         self.add(EngineKind::MonteCarlo(parameters), self.plan.count(), None);
     }
 }
 
-/// Creates a Monte Carlo engine with the choices that sweeps begin from.
+/// Returns the parameters of a Monte Carlo scheme from which sequences of settings begin.
 fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> Parameters {
     Parameters {
         cell_size,
@@ -250,8 +255,8 @@ fn dsmc(scheme: Scheme, simulators: u32, cell_size: Option<f64>, steps: f64) -> 
     }
 }
 
-/// Returns all settings around a case: its own engines first, then exact dynamics, then each Monte
-/// Carlo scheme.
+/// Returns all settings around a case: the case's own engines first, then exact dynamics, then each
+/// Monte Carlo scheme.
 pub(crate) fn settings_around(plan: &CasePlan) -> Vec<RunSetting> {
     let mut list = List {
         plan,
@@ -267,13 +272,13 @@ pub(crate) fn settings_around(plan: &CasePlan) -> Vec<RunSetting> {
     exact(&mut list);
     contact_point(&mut list);
     within_cells(&mut list);
-    across(&mut list);
+    cross_cell_settings(&mut list);
     list.all
 }
 
-/// Returns smaller systems of the same density; none for a start that comes from a file, or of
-/// several species.
-fn smaller(plan: &CasePlan) -> impl Iterator<Item = usize> + use<> {
+/// Returns the numbers of disks of smaller systems at equal density; none if the start comes from a
+/// file or the gas has several species.
+fn smaller_systems(plan: &CasePlan) -> impl Iterator<Item = usize> + use<> {
     let (disks, placed) = (plan.count(), plan.file.is_none() && plan.species.len() == 1);
     [4, 16]
         .into_iter()
@@ -281,12 +286,12 @@ fn smaller(plan: &CasePlan) -> impl Iterator<Item = usize> + use<> {
         .filter(move |&few| placed && few >= FEWEST)
 }
 
-/// Adds settings of system size, and of the contact time of the TC model, whose error is of first
-/// order (2 ω `t_c` of the collisions do not dissipate).
+/// Adds settings of exact dynamics: system sizes, and contact times of the TC model, whose error is
+/// of first order (2 ω `t_c` of the collisions do not dissipate).
 fn exact(list: &mut List<'_>) {
     let plan = list.plan;
     list.add(event_driven(0.0), plan.count(), None);
-    for disks in smaller(plan) {
+    for disks in smaller_systems(plan) {
         list.add(event_driven(0.0), disks, None);
     }
     for h in [1e-4, 1e-3, 1e-2, 1e-1] {
@@ -299,8 +304,8 @@ fn exact(list: &mut List<'_>) {
     }
 }
 
-/// Adds settings of simulators for each disk, step, partner radius, copies and size of the scheme
-/// with partners around the point of contact.
+/// Adds settings of the contact-point scheme: simulators per disk, time step, partner radius, start
+/// of simulators, and system size.
 fn contact_point(list: &mut List<'_>) {
     let plan = list.plan;
     let point = |radius, simulators, steps, disks| Parameters {
@@ -326,7 +331,7 @@ fn contact_point(list: &mut List<'_>) {
             ..point(None, simulators, 8.0, disks)
         });
     }
-    for disks in smaller(plan) {
+    for disks in smaller_systems(plan) {
         let kind = EngineKind::MonteCarlo(point(None, 4, 8.0, disks));
         list.add(kind, disks, None);
     }
@@ -373,9 +378,9 @@ fn within_cells(list: &mut List<'_>) {
     list.one(dsmc(Scheme::Boltzmann, 4, Some(cell), 4.0));
 }
 
-/// Adds settings of the schemes with partners from other cells, except the scheme with partners
-/// around the point of contact.
-fn across(list: &mut List<'_>) {
+/// Adds settings of the Monte Carlo schemes with partners across cells, other than the
+/// contact-point scheme.
+fn cross_cell_settings(list: &mut List<'_>) {
     let esmc = Scheme::Esmc(Neighbourhood::Cells(2));
     let simulators = [4, 16].map(|copies| {
         let h = f64::from(copies).recip();

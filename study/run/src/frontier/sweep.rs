@@ -1,5 +1,5 @@
-//! Measurement of a whole frontier: reference, settings, front, orders, recommendations, and their
-//! texts.
+//! Measurement of a whole frontier: reference, settings, Pareto front, orders, recommendations, and
+//! their descriptions.
 
 use std::fs;
 use std::sync::Mutex;
@@ -23,8 +23,8 @@ use crate::check::Planned;
 use crate::plan::CasePlan;
 use crate::words::{percent, time};
 
-/// Plans a case as it is measured. Refuses sweeps, cases other than smooth disks in a periodic box,
-/// and starts that give all replicas one state.
+/// Plans a case for a frontier. Returns an error for sweeps, cases other than smooth disks in a
+/// periodic box, and starts that give all replicas one state.
 pub(super) fn check_frontier(file: &CaseFile) -> Result<CasePlan, FrontierError> {
     let refuse = |found: String, expected| Err(FrontierError::Case { found, expected });
     let [point] = &file.points[..] else {
@@ -45,7 +45,7 @@ pub(super) fn check_frontier(file: &CaseFile) -> Result<CasePlan, FrontierError>
     Ok(CasePlan::new(&measured_case(&plan.case), &plan.folder)?)
 }
 
-/// Creates or opens the results folder and the folder of references, before any run.
+/// Creates or opens the results folder and the reference folder of a frontier, before any run.
 fn open(plan: &CasePlan, options: &FrontierOptions<'_>) -> Result<KeptRuns, FrontierError> {
     let kept = KeptRuns::open(plan, options)?;
     fs::create_dir_all(&options.cache).map_err(|source| FrontierError::Folder {
@@ -55,19 +55,19 @@ fn open(plan: &CasePlan, options: &FrontierOptions<'_>) -> Result<KeptRuns, Fron
     Ok(kept)
 }
 
-/// Sweep in progress.
+/// Measurement of a frontier in progress.
 struct Sweep<'a> {
     options: &'a FrontierOptions<'a>,
     workshop: &'a Workshop<'a>,
     quantities: Vec<FrontierQuantity>,
     references: References,
     measured: Vec<MeasuredSetting>,
-    /// Settings that were not measured, with the reason.
+    /// Settings that were not measured, each with the reason.
     left_out: Vec<(String, String)>,
 }
 
 impl<'a> Sweep<'a> {
-    /// Finds the reference and measures all settings that the budget has time for.
+    /// Finds the reference values and measures all settings that the budget allows.
     fn new(
         options: &'a FrontierOptions<'a>,
         workshop: &'a Workshop<'a>,
@@ -123,7 +123,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Describes the measurement and its reference.
+    /// Describes the measurement of the frontier and its reference.
     fn provenance(&self, cache: &Cache) -> String {
         let plan = self.workshop.plan;
         let of = format!(
@@ -186,7 +186,7 @@ impl<'a> Sweep<'a> {
         let said = EngineGroup::ALL.into_iter().zip(choices);
         said.map(|(engines, choice)| match choice {
             Some(choice) => self.recommendation(engines, &choice, share),
-            None => Ok(self.unmet(engines)),
+            None => Ok(self.describe_unmet_target(engines)),
         })
         .collect()
     }
@@ -229,8 +229,8 @@ impl<'a> Sweep<'a> {
         Ok(format!("{predicted} {found}{}", finer.unwrap_or_default()))
     }
 
-    /// Returns the sentence on an engine that cannot meet the target.
-    fn unmet(&self, engines: EngineGroup) -> String {
+    /// Describes why no setting of a class of engines meets the target.
+    fn describe_unmet_target(&self, engines: EngineGroup) -> String {
         let search = self.search();
         let least = search.nearest(engines).map(|(one, errors)| {
             let error = errors.map(percent).join(" ± ");
@@ -259,7 +259,8 @@ fn replicas(count: u64) -> String {
     format!("{count} replica{ending}")
 }
 
-/// Measures a case; returns the results, and the tables of all rows.
+/// Measures the frontier of a case; returns its results, and the tables `frontier.csv` and
+/// `orders.csv`.
 pub(crate) fn sweep(
     file: &CaseFile,
     options: &FrontierOptions<'_>,
@@ -308,8 +309,8 @@ pub(crate) fn sweep(
     Ok((found, [front::table(&rows), orders::table(&orders)]))
 }
 
-/// Returns the table of the largest errors against core time: single runs of each engine, and the
-/// front of all numbers of replicas.
+/// Builds the table of the largest errors against CPU time: single runs of each engine, and the
+/// Pareto front over all numbers of replicas.
 fn figure(rows: &[FrontierRow<'_>], target: f64) -> Table {
     const FRONT: &str = "front, with replicas";
     const ERROR_OF: &str = "error_of";
@@ -352,7 +353,7 @@ const FRONT: &[(&str, bool)] = &[
     ("statistical, one run", false),
 ];
 
-/// Returns the front of a kind, by cost.
+/// Returns the Pareto front of one kind of quantity as a list, by cost.
 fn front_list(rows: &[FrontierRow<'_>], kind: QuantityKind) -> WordTable {
     let name = largest(kind);
     let mut front: Vec<&FrontierRow<'_>> = rows
@@ -423,7 +424,7 @@ fn order_list(orders: &[OrderRow]) -> WordTable {
     }
 }
 
-/// Formats the sentences and the lists in Markdown.
+/// Formats the recommendations and the lists of a frontier as Markdown.
 pub(crate) fn markdown(found: &Frontier) -> String {
     let line = |cells: Vec<&str>| format!("| {} |\n", cells.join(" | "));
     let mut text = format!("# Speed against error: {}\n\n", found.title);

@@ -1,4 +1,4 @@
-//! Verdicts on a number that a paper states.
+//! Verdicts on the numbers and bounds that a paper states.
 
 use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 
@@ -7,22 +7,22 @@ use super::{VerdictRule, interval_of, short, verdict, verdict_within, with_error
 /// Number or bound that a paper states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClaimedValue {
-    /// Number with an error and a margin.
+    /// Number that a paper states, with an error and a margin.
     Value {
-        /// Value that the paper states.
+        /// Number that the paper states.
         value: f64,
         /// Standard error that the paper states; `None` if it states none.
         error: Option<f64>,
-        /// Largest deviation that counts as agreement.
+        /// Largest deviation from the paper's number that counts as agreement.
         margin: f64,
     },
-    /// Lower bound of the number.
+    /// Lower bound that a paper states for a number.
     Above(f64),
-    /// Upper bound of the number.
+    /// Upper bound that a paper states for a number.
     Below(f64),
 }
 
-/// Formats a number that is known exactly, in five digits.
+/// Formats an exactly known number with five significant digits.
 pub fn digits(value: f64) -> String {
     if !(1e-6..1e6).contains(&value.abs()) {
         return short(value);
@@ -37,7 +37,7 @@ pub fn digits(value: f64) -> String {
 }
 
 impl ClaimedValue {
-    /// Formats the claimed value for a sentence.
+    /// Formats the paper's number or bound for a sentence.
     fn words(self) -> String {
         match self {
             Self::Value { value, error, .. } if error.is_some() => with_error(value, error),
@@ -47,12 +47,13 @@ impl ClaimedValue {
         }
     }
 
-    /// Returns the verdict on a measured number with its error, with a confidence interval at this
-    /// level.
+    /// Decides the verdict on a measured number against the paper's, with a confidence interval at
+    /// error probability `level`.
     ///
-    /// A value agrees if the whole interval of the difference lies inside the margin, which is how well the paper can be read, and differs
-    /// if it lies beyond the margin; the error of the paper counts. A bound holds if the whole interval lies beyond it, and does not
-    /// if the interval lies on its other side.
+    /// A value agrees if the whole interval of the difference lies inside the margin, which is how
+    /// well the paper can be read, and differs if it lies beyond the margin; the error of the paper
+    /// counts. A bound holds if the whole interval lies beyond it, and does not if the interval
+    /// lies on its other side.
     pub fn kind(self, found: &TableEstimate, level: f64) -> VerdictKind {
         let Some(ours) = found.value.filter(|value| value.is_finite()) else {
             return VerdictKind::Undecided;
@@ -93,7 +94,7 @@ impl ClaimedValue {
     }
 }
 
-/// Returns the verdict on one claim of a paper.
+/// Decides the verdict on one claim of a paper, and words it.
 pub fn claim(
     topic: impl Into<String>,
     found: &TableEstimate,

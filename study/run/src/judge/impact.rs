@@ -1,4 +1,5 @@
-//! Impact parameters against molecular chaos: slope and shape of their density, replica by replica.
+//! Verdicts on impact parameters against molecular chaos: slope and shape of their density, over
+//! independent replicas.
 
 use stosszahl_analysis::compare::{ComparisonVerdict as Test, Interval, VerdictRule, differences};
 use stosszahl_analysis::replicas::{HotellingTest, hotelling_test, shape};
@@ -8,47 +9,51 @@ use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 
 use super::{Comparison, DifferenceUnit, Finding, in_units, short, verdict};
 
-/// Tests of one histogram of impact parameters against chaos. Replicas are independent, collisions within one are not.
+/// Tests of the impact parameters in one time window against molecular chaos. Replicas are
+/// independent, collisions within one are not.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpactTest {
     /// Start and end of the time window, in the unit of time of the case.
     pub window: [f64; 2],
-    /// Number of collisions in the window, of all replicas.
+    /// Number of collisions in the window, all replicas together.
     pub collisions: u64,
-    /// Number of collisions in the window, of the replica with the fewest.
+    /// Smallest number of collisions in the window in any replica.
     pub fewest: u64,
     /// Slope of the density of impact parameters b/d of all collisions, zero under molecular chaos;
     /// its standard error is the jackknife's over replicas.
     pub slope: TableEstimate,
-    /// Jackknife pseudo-values of the slope, one of each replica.
+    /// Jackknife pseudo-values of the slope, one for each replica.
     pub slopes: Vec<f64>,
     /// Student's test of the slope against zero; `None` with one replica.
     pub trend: Option<TTest>,
-    /// Hotelling's test of as many further shapes as the replicas allow.
+    /// Hotelling's test of further shapes of the density (curvature and so on), as many as the
+    /// replicas allow.
     pub shape: Option<HotellingTest>,
-    /// Size of the tested shapes beyond the slope, as the slope of a straight density with the same
-    /// mean square deviation from uniform.
+    /// Size of the further shapes, expressed as the slope of a straight density with equal mean
+    /// square deviation from uniform.
     pub bend: f64,
 }
 
-/// Largest number of shapes beyond the trend that are tested at once: a contact value or a cluster bends the density, it does not
-/// ripple it.
+/// Largest number of shapes beyond the slope that are tested at once. A contact value or a cluster
+/// bends the density; it does not ripple it.
 const SHAPES: usize = 4;
 
 /// Largest slope of a density over b/d from 0 to 1; a density with a larger slope is negative
 /// somewhere.
 const STEEPEST: f64 = 2.0;
 
-/// Fewest collisions of a replica whose slope is taken as normal: the slope of 30 uniform numbers
-/// is normal to 1 % of the probability beyond three standard errors.
+/// Fewest collisions of a replica at which its slope is taken as normally distributed. The slope of
+/// 30 uniform numbers is normal to 1 % of the probability beyond three standard errors.
 pub const FEWEST_COLLISIONS: u64 = 30;
 
 impl ImpactTest {
-    /// Tests the impact parameters of one time window, given that window of every replica.
+    /// Tests the impact parameters of one time window, given the sums of that window in every
+    /// replica.
     pub fn test_window(span: [f64; 2], all: &[&CollisionWindow]) -> Self {
         let slopes = pooled(all, CollisionWindow::slope);
         let slope = Mean::over_replicas(&slopes);
-        // Half as many as replicas leaves each a spread that is known; one at least, which is Student's test of the curvature.
+        // Half as many as replicas leaves each a spread that is known; one at least, which is
+        // Student's test of the curvature.
         let orders = (slopes.len().saturating_sub(1) / 2).clamp(1, SHAPES);
         let some = all.iter().filter(|window| window.collisions > 0);
         let shapes = some.map(|window| {
@@ -81,18 +86,19 @@ impl ImpactTest {
     }
 }
 
-/// Outcome of all windows of one engine.
+/// Outcome of the tests of impact parameters in all windows of one engine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImpactWindows {
     /// Slope of each window with its confidence interval, simultaneous over the windows at half of
-    /// the level; `None` where the slope cannot be tested.
+    /// the error probability; `None` if the slope cannot be tested.
     pub slopes: Vec<Option<Interval>>,
-    /// Word of each window for tables: `uniform`, `grazing excess`, `central excess`, `uneven`, `undecided`, `one replica` or
-    /// `too few collisions`.
+    /// Outcome of each window in a word for tables: `uniform`, `grazing excess`, `central excess`,
+    /// `uneven`, `undecided`, `one replica` or `too few collisions`.
     pub words: Vec<&'static str>,
 }
 
-/// Judges the windows of one engine. Half of the level belongs to the slopes, half to further shapes, by Holm.
+/// Decides the outcome of all windows of one engine. Half of the error probability is for the
+/// slopes, half for further shapes, by Holm's method.
 pub fn impact_windows(tests: &[ImpactTest], rule: &VerdictRule) -> ImpactWindows {
     let half = rule.at_level(0.5 * rule.level);
     let rows = tests.iter().filter(|one| one.is_testable());
@@ -128,7 +134,7 @@ pub fn impact_windows(tests: &[ImpactTest], rule: &VerdictRule) -> ImpactWindows
     ImpactWindows { slopes, words }
 }
 
-/// Returns the verdict on the impact parameters of one engine.
+/// Decides the verdict on the impact parameters of one engine, and words it.
 pub fn impact_parameters(
     topic: &str,
     engine: &str,

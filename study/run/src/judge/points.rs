@@ -1,4 +1,5 @@
-//! Measured values beside theory at several times or places, each with an error of its own.
+//! Verdicts on measured values against theory at several times or places, with Bonferroni-corrected
+//! intervals.
 
 use stosszahl_analysis::compare::{Interval, VerdictRule};
 use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
@@ -6,7 +7,7 @@ use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 use super::{Comparison, DifferenceUnit, Finding, kind_of, rank};
 use crate::words::short;
 
-/// Measured value at one time, with the value of theory.
+/// Measured value at one time, with its error and the theoretical value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredPoint {
     /// Time of the sample, in the unit of time of the case.
@@ -15,18 +16,18 @@ pub struct MeasuredPoint {
     pub measured: f64,
     /// Standard error of the measured value; `None` if it is unknown.
     pub error: Option<f64>,
-    /// Number of replicas that the standard error was estimated from; `None` if it is known
-    /// otherwise.
+    /// Number of replicas behind the standard error; `None` if the error is known otherwise.
     pub replicas: Option<usize>,
-    /// Value of the theory.
+    /// Theoretical value, in the unit of the quantity.
     pub theory: f64,
-    /// Change of the value of theory by its last order: an estimate of its error; `None` if it is
-    /// unknown.
+    /// Estimated error of the theoretical value: its change by the last order of the expansion;
+    /// `None` if unknown.
     pub theory_error: Option<f64>,
 }
 
 impl MeasuredPoint {
-    /// Creates a point from an estimate and its theory; `None` unless both values are known.
+    /// Creates a measured point from an estimate with its theory; `None` unless both values are
+    /// known.
     pub fn from_estimate(time: f64, found: &TableEstimate) -> Option<Self> {
         Some(Self {
             time,
@@ -38,41 +39,42 @@ impl MeasuredPoint {
         })
     }
 
-    /// Deviation of the measured value from theory, relative to theory.
+    /// Returns the relative deviation of the measured value from theory.
     pub fn deviation(&self) -> f64 {
         self.measured / self.theory - 1.0
     }
 
-    /// Standard error of the value, combined in quadrature with the uncertainty of the theory.
+    /// Returns the standard error of the measured value, combined in quadrature with the error of
+    /// the theory.
     pub fn total_error(&self) -> Option<f64> {
         let error = self.error?;
         Some(error.hypot(self.theory_error.unwrap_or(0.0)))
     }
 
-    /// Deviation of the measured value from theory, in standard errors; `None` without an error
-    /// above zero.
+    /// Returns the deviation of the measured value from theory in standard errors; `None` without
+    /// an error above zero.
     pub fn z(&self) -> Option<f64> {
         let total = self.total_error().filter(|&error| error > 0.0)?;
         Some((self.measured - self.theory) / total)
     }
 
-    /// Relative deviation from theory with its Student interval; `level` is the probability that it
-    /// misses the truth.
+    /// Computes the relative deviation from theory with its Student interval; `level` is the
+    /// probability that it misses the truth.
     pub fn interval(&self, level: f64) -> Interval {
         let error = self.total_error().map(|error| error / self.theory.abs());
         let freedom = self.replicas.map(|replicas| replicas.saturating_sub(1));
         Interval::student(self.deviation(), error, freedom, level)
     }
 
-    /// Verdict on this point alone.
+    /// Decides the verdict kind of this point alone.
     pub fn outcome(&self, rule: &VerdictRule) -> VerdictKind {
         kind_of(self.interval(rule.level).decide(rule))
     }
 }
 
-/// Returns the points that can be judged, and the rule for a single point: its level is the level
-/// for all points over their number (Bonferroni).
-fn usable<'a>(
+/// Returns the points that can be compared (theory not zero, values finite), and the decision rule
+/// for a single one: the error probability divided by their number (Bonferroni).
+fn comparable_points<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
 ) -> (Vec<&'a MeasuredPoint>, VerdictRule) {
@@ -84,14 +86,14 @@ fn usable<'a>(
     (some, each)
 }
 
-/// Returns the point that decides the verdict on all points, with its interval and outcome: a point
-/// that differs comes before an undecided one, and this before one that agrees; among equals the
-/// largest bound decides.
+/// Returns the point that decides the verdict on all points, with its interval and outcome. A point
+/// that differs comes before an undecided one, and an undecided one before one that agrees; among
+/// equals the largest bound decides.
 pub fn worst<'a>(
     points: &'a [MeasuredPoint],
     rule: &VerdictRule,
 ) -> Option<(&'a MeasuredPoint, Interval, VerdictKind)> {
-    let (some, each) = usable(points, rule);
+    let (some, each) = comparable_points(points, rule);
     let judged = some.into_iter().map(|point| {
         let interval = point.interval(each.level);
         let kind = kind_of(interval.decide(&each));
@@ -103,8 +105,8 @@ pub fn worst<'a>(
     })
 }
 
-/// Returns the bound by which points are ranked: the lower bound on the size of a difference, else
-/// the upper bound.
+/// Returns the bound by which points are ranked: the lower bound on the magnitude of a difference
+/// that was found, else the upper bound.
 pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
     match kind {
         VerdictKind::Differ => interval.least(),
@@ -112,7 +114,7 @@ pub fn bound(interval: &Interval, kind: VerdictKind) -> f64 {
     }
 }
 
-/// Returns the verdict on points against a theory; `subject` names the engine, such as "ED
+/// Decides the verdict on measured points against a theory. `subject` names the engine, such as "ED
 /// (exact)", and `quantity` the measured quantity.
 pub fn against_theory(
     topic: &str,
@@ -120,7 +122,7 @@ pub fn against_theory(
     points: &[MeasuredPoint],
     rule: &VerdictRule,
 ) -> Option<VerdictText> {
-    let (some, each) = usable(points, rule);
+    let (some, each) = comparable_points(points, rule);
     let finding = |point: &&MeasuredPoint| Finding {
         interval: point.interval(each.level),
         place: format!("at t = {}", short(point.time)),
@@ -142,29 +144,29 @@ pub fn against_theory(
     comparison.judge(&findings, &all)
 }
 
-/// Returns the verdict on a relative deviation with its standard error.
+/// Decides the verdict kind of a relative deviation with its standard error.
 pub fn verdict_within(off: &TableEstimate, rule: &VerdictRule) -> VerdictKind {
     kind_of(interval_of(off, rule.level).decide(rule))
 }
 
-/// Computes the confidence interval of an estimate that should be zero.
+/// Computes Student's confidence interval of an estimated difference that should be zero.
 pub fn interval_of(off: &TableEstimate, level: f64) -> Interval {
     let freedom = off.replicas.map(|replicas| replicas.saturating_sub(1));
     let value = off.value.unwrap_or(f64::NAN);
     Interval::student(value, off.standard_error, freedom, level)
 }
 
-/// Returns true if the confidence interval of a number contains zero; `None` without an error. This
-/// is no test of equivalence, and serves remarks alone.
+/// Returns true if the confidence interval of a number contains zero; `None` without an error. As
+/// this is no equivalence test, it is used for remarks only.
 pub fn holds_zero(found: &TableEstimate, level: f64) -> Option<bool> {
     let [low, high] = interval_of(found, level).ends?;
     Some(low <= 0.0 && high >= 0.0)
 }
 
-/// Verdict on the relative difference of two profiles, over all points together by Bonferroni.
-/// `places` holds the values of both profiles at each point, and the position in words; points
-/// without errors are left out, and without points there is no verdict. Errors come from `parts`
-/// blocks of time.
+/// Decides the verdict on the relative difference of two profiles, over all points together by
+/// Bonferroni. `places` holds the values of both profiles at each point, and the position in words.
+/// Errors come from `parts` blocks of time; points without errors are left out, and `None` is
+/// returned without points.
 pub fn profiles(
     topic: &str,
     [a, b, quantity]: [&str; 3],

@@ -111,8 +111,9 @@ fn a_difference_that_vanishes_is_stated_where_it_was() {
     );
 }
 
-/// Of 1000 pairs that are equal at five times, 1 % may be called different: 10, and five binomial errors of 3.1. Of as many pairs
-/// that are a margin apart, 0.5 % may be said to agree: 5, and five errors of 2.2.
+/// Of 1000 pairs that are equal at five times, 1 % may be called different: 10, and five binomial
+/// errors of 3.1. Of as many pairs that are a margin apart, 0.5 % may be said to agree: 5, and five
+/// errors of 2.2.
 #[test]
 fn verdicts_are_calibrated() {
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(2);

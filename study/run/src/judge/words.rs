@@ -1,17 +1,18 @@
-//! Numbers of verdicts in words: values with the digits of their errors, shares, margins.
+//! Formatting of numbers for verdict sentences: values with the digits of their errors,
+//! percentages, margins.
 
 use stosszahl_analysis::compare::Interval;
 use stosszahl_results::{TableEstimate, with_decimals};
 
 use crate::words::short;
 
-/// Word for a number that is not finite.
+/// Text shown for a number that is not finite.
 const UNKNOWN: &str = "unknown";
-/// Size from which numbers are shown with an exponent.
+/// Magnitude from which numbers are shown with an exponent.
 const LARGE: f64 = 1e6;
 
-/// Returns the number of digits after the point that shows an error with two significant digits. An
-/// error below a millionth of the value counts as none: equal replicas differ by rounding.
+/// Returns the number of decimals at which an error has two significant digits. An error below a
+/// millionth of the value counts as none: equal replicas differ by rounding.
 fn decimals(value: f64, error: f64) -> usize {
     if error > 1e-6 * value.abs() && error.is_finite() {
         (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize
@@ -20,7 +21,7 @@ fn decimals(value: f64, error: f64) -> usize {
     }
 }
 
-/// Formats a number with its error, in the digits that the error leaves.
+/// Formats a number with its error, to the digits that the error justifies.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error.filter(|error| error.is_finite()) {
         _ if !value.is_finite() => UNKNOWN.to_owned(),
@@ -32,20 +33,21 @@ pub fn with_error(value: f64, error: Option<f64>) -> String {
     }
 }
 
-/// Formats an estimate with its error, over a unit.
+/// Formats an estimate with its error, both divided by a unit.
 pub fn in_units(found: &TableEstimate, unit: f64) -> String {
     let error = found.standard_error.map(|error| (error / unit).abs());
     with_error(found.value.unwrap_or(f64::NAN) / unit, error)
 }
 
-/// Formats a number over a unit with half its interval of 95 %, Student's where its error comes from few parts of the runs.
+/// Formats an estimate divided by a unit, with half its 95 % confidence interval, Student's if the
+/// error comes from few parts of the runs.
 pub fn with_interval(found: &TableEstimate, unit: f64) -> String {
     let half = super::interval_of(found, 0.05).ends;
     let half = half.map(|[low, high]| (0.5 * (high - low) / unit).abs());
     with_error(found.value.unwrap_or(f64::NAN) / unit, half)
 }
 
-/// Formats a quotient with its error.
+/// Formats the quotient of two estimates with its error.
 pub fn quotient(a: &TableEstimate, b: &TableEstimate) -> String {
     let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
     let errors = a.standard_error.zip(b.standard_error);
@@ -80,7 +82,7 @@ fn two_digits(value: f64, up: bool) -> f64 {
     }
 }
 
-/// Formats an upper bound in per cent, rounded up.
+/// Formats an upper bound, given as a share, in per cent, rounded up.
 pub fn margin(share: f64) -> String {
     let percent = 100.0 * share;
     if percent.is_nan() || percent >= LARGE {
@@ -93,14 +95,15 @@ pub fn margin(share: f64) -> String {
 /// quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DifferenceUnit {
-    /// Share of the quantity, shown in per cent.
+    /// Difference as a share of the quantity, shown in per cent.
     Relative,
-    /// Unit of the quantity; the number is the largest size that the quantity can have.
+    /// Difference in the unit of the quantity; the number is the largest magnitude that the
+    /// quantity can have.
     Own(f64),
 }
 
 impl DifferenceUnit {
-    /// Formats a difference with its standard error and the degrees of freedom of the error.
+    /// Formats a difference with its standard error and degrees of freedom.
     pub fn interval(self, one: &Interval) -> String {
         let value = match self {
             Self::Relative => percent(one.value, one.standard_error),
@@ -116,7 +119,7 @@ impl DifferenceUnit {
         }
     }
 
-    /// Formats a bound on the size of a difference with two digits, rounded up or down.
+    /// Formats a bound on the magnitude of a difference with two digits, rounded up or down.
     pub(super) fn bound(self, value: f64, up: bool) -> String {
         match self {
             Self::Relative if up => margin(value),
@@ -125,8 +128,8 @@ impl DifferenceUnit {
         }
     }
 
-    /// Largest possible size of a difference: a bound on it that is not below says nothing. A
-    /// relative difference has 1, another the largest size of the quantity.
+    /// Returns the largest possible magnitude of a difference, as a bound that is not below it is
+    /// no information: 1 for a relative difference, else the largest magnitude of the quantity.
     pub(super) fn largest(self) -> f64 {
         match self {
             Self::Relative => 1.0,

@@ -1,4 +1,5 @@
-//! `boundaries`: particles, force and power that each wall, opening, inflow and obstacle gives to the gas.
+//! Measure `boundaries`: particles, momentum (force) and energy (power) that each wall, opening,
+//! inflow and obstacle gives to the gas.
 
 use std::ops::Range;
 
@@ -19,28 +20,29 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan, SpeciesPlan};
 
-/// Measure of particles, momentum and energy that walls, obstacles and streams give.
+/// Measure `boundaries` of particles, momentum and energy that walls, obstacles and inflows give.
 pub struct BoundaryMeasure;
 
-/// Options of `[measure.boundaries]`.
+/// Options of `[measure.boundaries]`: number of time blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct BoundaryOptions {
-    /// Blocks of time at whose ends it is summed up. Default: those of `[measure.fields]`.
+    /// Time blocks at whose ends the fluxes of boundaries are recorded. Default: those of
+    /// `[measure.fields]`.
     blocks: Option<u64>,
 }
 
-/// Record of one replica.
+/// Boundary fluxes of one replica, for the measure `boundaries`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
     series: GasSeries,
-    /// Ledgers of the boundaries at the end of each block.
+    /// Fluxes of all boundaries since the start, at the end of each time block.
     given: Vec<Vec<BoundaryFlux>>,
 }
 
 impl Record {
-    /// Returns the ledger of one boundary at the end of a block.
-    fn until(&self, block: Option<usize>, name: &str) -> BoundaryFlux {
+    /// Returns the flux of one boundary from the start to the end of a block.
+    fn flux_until(&self, block: Option<usize>, name: &str) -> BoundaryFlux {
         let given = block.and_then(|block| self.given.get(block));
         let found = given.and_then(|all| all.iter().find(|one| one.name == name));
         found.cloned().unwrap_or_default()
@@ -126,8 +128,12 @@ impl Measure for BoundaryMeasure {
         _tables: &[Table],
     ) -> Vec<VerdictText> {
         let all = One::all_engines(plan, runs).into_iter();
-        all.flat_map(|one| one.drag().into_iter().chain(one.balance(&runs.rule(plan))))
-            .collect()
+        all.flat_map(|one| {
+            one.drag()
+                .into_iter()
+                .chain(one.weight_balance(&runs.rule(plan)))
+        })
+        .collect()
     }
 }
 
@@ -161,8 +167,8 @@ impl<'a> One<'a> {
         let part = |replica: usize, part: Range<usize>| {
             let [first, end] = [part.start, part.end].map(|block| blocks.start + block);
             let record = self.records[replica];
-            let before = record.until(first.checked_sub(1), name);
-            let after = record.until(Some(end - 1), name);
+            let before = record.flux_until(first.checked_sub(1), name);
+            let after = record.flux_until(Some(end - 1), name);
             (quantity(&after) - quantity(&before)) / (block * part.len() as f64)
         };
         let replicas = self.records.len();
@@ -178,14 +184,16 @@ impl<'a> One<'a> {
         }
     }
 
-    /// Estimates a component of the mean force of a boundary on the gas, in the units of the case.
+    /// Estimates a component of the mean force that a boundary exerts on the gas, in the units of
+    /// the case.
     fn force(&self, name: &str, axis: usize) -> TableEstimate {
         let scale = self.plan.scale;
         let unit = scale.energy / scale.length / self.plan.time;
         self.rate(name, |given| given.momentum[axis]).times(unit)
     }
 
-    /// Names of all boundaries that gave something to the gas, in the order of first occurrence.
+    /// Returns the names of all boundaries that gave something to the gas, in the order of first
+    /// occurrence.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
         for given in self
@@ -201,8 +209,8 @@ impl<'a> One<'a> {
         names
     }
 
-    /// Returns notes on the drag of each obstacle in a stream from the left, and its coefficient
-    /// F/(rho u^2 h/2), where h is the height of the obstacle across the stream.
+    /// Computes the drag of each obstacle in a stream from the left, with its coefficient F/(rho
+    /// u^2 h/2), where h is the height of the obstacle across the stream, and returns notes.
     fn drag(&self) -> Vec<VerdictText> {
         let (case, known) = (&self.plan.case, self.names());
         let inflow = case.inflow.iter().find(|one| one.face == "left");
@@ -210,7 +218,7 @@ impl<'a> One<'a> {
             let (inflow, name) = (inflow?, format!("obstacle {}", index + 1));
             let speed = inflow.velocity.first().copied().unwrap_or(0.0);
             let density = mass_density(self.plan, inflow);
-            let scale = 0.5 * density * speed * speed * height(obstacle);
+            let scale = 0.5 * density * speed * speed * obstacle_height(obstacle);
             let [drag, lift] = [0, 1].map(|axis| self.force(&name, axis).times(-1.0));
             let sentence = format!(
                 "The stream drags it with the force {}; the coefficient of drag is {}, that of lift {} (± half an interval of 95 %).",
@@ -226,8 +234,9 @@ impl<'a> One<'a> {
         case.obstacle.iter().enumerate().filter_map(one).collect()
     }
 
-    /// Returns a verdict on the energy and particles that splitting and merging of simulators added over the whole run.
-    fn balance(&self, rule: &VerdictRule) -> Option<VerdictText> {
+    /// Decides the verdict on the energy and particles that splitting and merging of weighted
+    /// simulators added over the whole run.
+    fn weight_balance(&self, rule: &VerdictRule) -> Option<VerdictText> {
         let last = self.records.iter().filter_map(|record| record.given.last());
         let given: Vec<_> = last
             .filter_map(|all| all.iter().find(|one| one.name == BALANCE))
@@ -262,8 +271,9 @@ impl<'a> One<'a> {
     }
 }
 
-/// Height of an obstacle across a stream from the left, in the unit of length of the case.
-fn height(obstacle: &ObstacleSpec) -> f64 {
+/// Computes the height of an obstacle across a stream from the left, in the unit of length of the
+/// case.
+fn obstacle_height(obstacle: &ObstacleSpec) -> f64 {
     if let Some(disk) = obstacle.circle {
         return 2.0 * disk.radius;
     }
@@ -273,7 +283,7 @@ fn height(obstacle: &ObstacleSpec) -> f64 {
     heights.fold(f64::NEG_INFINITY, f64::max) - low
 }
 
-/// Mass per volume of an inflow, in the units of the case.
+/// Computes the mass density of an inflow, in the units of the case.
 fn mass_density(plan: &CasePlan, inflow: &InflowSpec) -> f64 {
     let (scale, given) = (plan.scale, inflow.number_density.as_ref());
     let volume = plan.volume * scale.length.powi(plan.dimension as i32);

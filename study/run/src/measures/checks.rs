@@ -1,4 +1,5 @@
-//! A gas without positions against theory: each quantity at the time of its worst deviation, and the verdicts.
+//! Measure `checks`: a gas without positions against kinetic theory, each quantity at the time of
+//! its worst deviation.
 //!
 //! The rule is that of [`crate::judge`], all times and species of a quantity together.
 
@@ -18,7 +19,7 @@ use crate::measure::{BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous;
 
-/// Measure that compares a gas without positions with theory.
+/// Measure `checks` that compares a gas without positions with kinetic theory.
 pub struct TheoryComparison;
 
 const NAME: &str = "checks";
@@ -61,21 +62,24 @@ impl Measure for TheoryComparison {
     }
 }
 
-/// Fourth cumulant beyond which Sonine expansions are not to be trusted: tracers of -0.36 and more are where they fail.
+/// Fourth cumulant beyond which Sonine expansions are unreliable. They fail for tracers of -0.36
+/// and beyond.
 const STRANGE: f64 = 0.3;
 
-/// Fewest particles of a species, all replicas together, with which the species is compared. The
-/// mean of `m v^2` of fewer is not normally distributed: of a hundred in space it has 300 degrees
-/// of freedom, and its skewness is `sqrt(8/300) = 0.16`.
+/// Fewest particles of a species, all replicas together, for a comparison with theory. The mean of
+/// `m v^2` of fewer is not normally distributed: of a hundred in space it has 300 degrees of
+/// freedom, and its skewness is `sqrt(8/300) = 0.16`.
 const FEWEST: usize = 100;
 
-/// Collisions of a particle after which a Maxwellian start is forgotten: the cumulant relaxes within some five.
+/// Collisions of a particle after which the Maxwellian start is forgotten. The fourth cumulant
+/// relaxes within some five.
 const FORGOTTEN: f64 = 15.0;
 
-/// Smallest velocity correlation that is compared: below it the relative error is too large.
+/// Smallest velocity correlation that is compared with theory; below it the relative error is too
+/// large.
 const LEAST_CORRELATION: f64 = 0.1;
 
-/// Quantity that is compared, in the order of the verdicts.
+/// Quantity that is compared with theory; the variants are in the order of the verdicts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Quantity {
     Energy,
@@ -88,7 +92,8 @@ enum Quantity {
     Decay,
 }
 
-/// Compared quantities with their names in tables, in the order of the verdicts.
+/// Quantities that are compared with theory and their names in tables, in the order of the
+/// verdicts.
 const QUANTITIES: [(Quantity, &str); 8] = [
     (Quantity::Energy, "energy"),
     (Quantity::Temperature, "temperature"),
@@ -127,11 +132,12 @@ impl Quantity {
     }
 }
 
-/// Comparison of one quantity of one species with theory, at the time that decides the verdict.
+/// Row of the comparison with theory: one quantity of one species, at the time that decides the
+/// verdict.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     quantity: Quantity,
-    /// Number of the species, from 0; `None` for the gas as a whole.
+    /// Index of the species, from 0; `None` for the gas as a whole.
     species: Option<usize>,
     point: MeasuredPoint,
     interval: Interval,
@@ -144,7 +150,7 @@ impl Row {
     }
 }
 
-/// Measured values with their theory, from which the comparisons are made.
+/// Measured values and their theory, from which the rows of the comparison are made.
 struct Found<'a> {
     plan: &'a CasePlan,
     all_series: Vec<&'a GasSeries>,
@@ -174,7 +180,7 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// Returns all comparisons, each at the time that decides its verdict.
+    /// Returns all rows of the comparison, each at the time that decides its verdict.
     fn rows(&self) -> Vec<Row> {
         let mut rows: Vec<Row> = Vec::new();
         // A quantity is judged for each species, and some for the gas as a whole.
@@ -252,8 +258,8 @@ impl<'a> Found<'a> {
         rows
     }
 
-    /// Fourth cumulant in the cooling state: replicas averaged over the samples after the start is forgotten, against the
-    /// Sonine expansion at the end.
+    /// Compares the fourth cumulant in the cooling state with the Sonine expansion at the end. The
+    /// measured value is averaged over replicas and over the samples after the start is forgotten.
     fn cumulant(&self) -> Option<MeasuredPoint> {
         homogeneous::fourth_cumulants(self.plan)?;
         let last = self.species.last()?.fourth_cumulant;
@@ -278,11 +284,12 @@ impl<'a> Found<'a> {
         (point.theory != 0.0 && point.deviation().is_finite()).then_some(point)
     }
 
-    /// `2 xi/D + theta` of a gas in which all pairs stick, whose number decays as `t^-xi` and whose energy as `t^-theta`, over
-    /// the last factor of ten of time, against 2: Trizac & Krapivsky, Phys. Rev. Lett. 91, 218302 (2003).
+    /// Compares `2 xi/D + theta` of a gas in which all pairs stick with 2, over the last factor of
+    /// ten of time. The number of clusters decays as `t^-xi` and the energy as `t^-theta`: Trizac &
+    /// Krapivsky, Phys. Rev. Lett. 91, 218302 (2003).
     ///
-    /// The rate of collisions is `n R^(D-1) v`; with the sizes `R^D ~ 1/n` and `v^2 ~ E` (mass is conserved) it is the rate
-    /// `1/t` at which n decays if `xi/D + theta/2 = 1`.
+    /// The rate of collisions is `n R^(D-1) v`; with the sizes `R^D ~ 1/n` and `v^2 ~ E` (mass is
+    /// conserved) it is the rate `1/t` at which n decays if `xi/D + theta/2 = 1`.
     fn decay(&self) -> Option<MeasuredPoint> {
         let sticking = self.plan.case.aggregation.as_ref()?;
         if sticking.may_bounce() {
@@ -305,7 +312,7 @@ impl<'a> Found<'a> {
         )
     }
 
-    /// Returns the comparisons as sentences.
+    /// Decides the verdicts of all comparisons with theory.
     fn verdicts(&self) -> Vec<VerdictText> {
         let rows = self.rows();
         let orders = homogeneous::curves(self.plan).map_or(1, |curves| curves.orders);
@@ -389,7 +396,7 @@ impl<'a> Found<'a> {
         })
     }
 
-    /// Returns a sentence on the known limits of the theory.
+    /// Returns a sentence on the known limits of the theory of a quantity.
     fn caveat(&self, quantity: Quantity, rows: &[&Row], orders: usize) -> &'static str {
         let masses = || self.plan.species.iter().map(|one| one.mass);
         let lightest = masses().fold(f64::INFINITY, f64::min);
@@ -428,7 +435,7 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// Formats the deviation of a comparison with its species and time.
+    /// Formats the deviation from theory in a row, with its species and time.
     fn deviation_text(&self, row: &Row) -> String {
         // How far the velocities are from those that theory assumes.
         let before = |known: &&species::SpeciesRow| {

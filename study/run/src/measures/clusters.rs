@@ -1,4 +1,5 @@
-//! Clusters of a gas whose particles stick and break: their number, energy and sizes, and the steady state of both.
+//! Measure `clusters`: number, energy and sizes of clusters in a gas with aggregation and
+//! fragmentation, and their steady state.
 
 mod steady;
 
@@ -17,7 +18,8 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Clusters: number, sizes, energy, and where that energy went.
+/// Measure of clusters: number, sizes, kinetic energy, and the energy lost in aggregation and
+/// fragmentation.
 pub struct ClusterMeasure;
 
 const NAME: &str = "clusters";
@@ -37,10 +39,10 @@ struct ClusterOptions {
     fit_monomers: Option<[u32; 2]>,
 }
 
-/// Times at which the steady state is sampled.
+/// Number of times at which the steady state is sampled.
 const STEADY_SAMPLES: usize = 200;
 
-/// Times at which cluster sizes are counted, and the begin of the steady state.
+/// Sample times of cluster sizes, and the beginning of the steady state.
 #[derive(Clone, Debug)]
 struct Schedule {
     samples: Vec<f64>,
@@ -76,8 +78,8 @@ impl Schedule {
         }
     }
 
-    /// Sample times in the steady state, in the unit of time of the case; the last is exactly the
-    /// end of the run.
+    /// Returns the sample times in the steady state, in the unit of time of the case; the last is
+    /// exactly the end of the run.
     fn steady_times(&self) -> Vec<f64> {
         let Some(steady) = self.steady else {
             return Vec::new();
@@ -170,19 +172,19 @@ impl Measure for ClusterMeasure {
     }
 }
 
-/// Number of clusters, by the number of monomers of a cluster.
+/// Size distribution: number of clusters by their number of monomers.
 type Sizes = BTreeMap<u32, u64>;
 
-/// State of the clusters of one replica at one time.
+/// Sample of the clusters of one replica at one time: counts, energy and counters.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Sample {
     particles: usize,
     energy: f64,
-    /// Number of clusters of one monomer.
+    /// Number of monomers: clusters of a single particle.
     single: u64,
-    /// Number of monomers of the largest cluster.
+    /// Size of the largest cluster \[monomers\].
     largest: u32,
-    /// Mean over monomers of the number of monomers in their cluster.
+    /// Mean cluster size, averaged over monomers: number of monomers in the cluster of a monomer.
     mean_by_mass: f64,
     /// Counters of aggregation and fragmentation since the start, by name.
     ledger: BTreeMap<String, f64>,
@@ -203,11 +205,11 @@ struct Half {
     sizes: Sizes,
 }
 
-/// Probe of the clusters of one replica.
+/// Record of the clusters of one replica, at all sample times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClusterRecord {
     samples: Vec<Sample>,
-    /// Size distributions, in the order of the requested times.
+    /// Cluster size distributions, in the order of the requested times.
     sizes: Vec<Sizes>,
     steady: [Half; 2],
 }
@@ -218,7 +220,7 @@ struct ClusterProbe {
     record: ClusterRecord,
 }
 
-/// Returns true if a rising list contains a time.
+/// Returns true if a time is in a rising list of times.
 fn is_due(times: &[f64], time: f64) -> bool {
     times.binary_search_by(|one| one.total_cmp(&time)).is_ok()
 }
@@ -339,10 +341,11 @@ fn table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
     table
 }
 
-/// Largest number of monomers with a bin of its own; larger clusters have ten bins in a decade.
+/// Largest cluster size \[monomers\] with a bin of its own; larger clusters have ten bins in a
+/// decade.
 const SINGLE: u64 = 16;
 
-/// Returns the smallest and largest number of monomers in the bin of a number of monomers.
+/// Returns the smallest and largest cluster size of the bin that holds a cluster size \[monomers\].
 fn bin(monomers: u64) -> (u64, u64) {
     if monomers <= SINGLE {
         return (monomers, monomers);
@@ -396,7 +399,8 @@ fn size_table(plan: &CasePlan, records: &[&ClusterRecord]) -> Table {
     table.figure(Figure { x, ..curves })
 }
 
-/// Adds the rows of one size distribution, from the counts of each replica and their divisor.
+/// Adds the rows of one cluster size distribution to the table. Counts of each replica are divided
+/// by the number given with them.
 fn size_rows(table: &mut Table, average: &str, time: f64, replicas: &[(&Sizes, f64)]) {
     let sizes = replicas.iter().flat_map(|(sizes, _)| sizes.keys());
     let mut bins: Vec<(u64, u64)> = sizes.map(|&size| bin(u64::from(size))).collect();

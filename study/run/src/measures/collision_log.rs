@@ -1,4 +1,4 @@
-//! Log of single collisions, up to the requested number.
+//! Measure `collision_log`: a table of single collisions, up to a requested number.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Collision, Observer};
@@ -10,26 +10,26 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure that writes collisions one by one.
+/// Measure `collision_log` that writes collisions one by one.
 pub struct CollisionLog;
 
-/// Most rows of an engine and replica that may be asked for.
+/// Largest number of logged collisions that may be requested for one engine and replica.
 const MOST: u64 = 1_000_000;
-/// Memory of a logged collision while tables and report are made \[bytes\].
+/// Memory of a logged collision while tables and report are built \[bytes\].
 const ROW: f64 = 600.0;
 
-/// Options: range of collisions that are kept.
+/// Options of `[measure.collision_log]`: which collisions are kept.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CollisionLogOptions {
     /// Time from which collisions are kept.
     pub from: f64,
-    /// Collisions of each engine and replica that are kept: the first after `from`.
+    /// Largest number of collisions kept for each engine and replica: the first ones after `from`.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub most: u64,
-    /// Names of engines. Default: all.
+    /// Engines whose collisions are kept, by name. Default: all.
     pub engines: Option<Vec<String>>,
-    /// Numbers of replicas, from 0, or "all". Default: \[0\].
+    /// Replicas whose collisions are kept, by number from 0, or "all". Default: \[0\].
     pub replicas: Replicas,
 }
 
@@ -44,7 +44,7 @@ impl Default for CollisionLogOptions {
     }
 }
 
-/// Logged collision, in engine units.
+/// Logged collision: time, partners, positions and velocities, in engine units.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Row {
     time: f64,
@@ -75,7 +75,7 @@ impl Row {
 /// Logged collisions of one engine and replica.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 struct Record {
-    /// Number of the replica; `None` before the beginning, and in replicas without a log.
+    /// Number of the replica; `None` before the start, and in replicas without a log.
     replica: Option<u64>,
     rows: Vec<Row>,
 }
@@ -136,7 +136,8 @@ impl Measure for CollisionLog {
         options.replicas.check_replicas(plan)
     }
 
-    /// The start of the log is a sample time, so that no time step of an engine lies across it.
+    /// Returns the start of the log as a sample time, so that no time step of an engine lies across
+    /// it.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let from = self.options(plan).from;
         (from > 0.0).then_some(from).into_iter().collect()

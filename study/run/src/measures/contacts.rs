@@ -1,5 +1,5 @@
-//! Collisions at contact, against molecular chaos at the local granular temperature: where chaos breaks, and whether partners know each
-//! other or only share a flow.
+//! Measure `contacts`: velocities and impact parameters of colliding pairs, against molecular chaos
+//! at the local granular temperature.
 
 mod contact_values;
 mod elastic_twin;
@@ -23,10 +23,10 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of collisions at contact.
+/// Measure `contacts` of the statistics of colliding pairs.
 pub struct ContactMeasure;
 
-/// Windows, and the elastic twin.
+/// Options of `[measure.contacts]`: time windows, and the elastic twin.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactOptions {
@@ -48,7 +48,7 @@ impl Default for ContactOptions {
     }
 }
 
-/// Sums over collisions, and over pairs near contact, in time windows.
+/// Sums over collisions and over pairs near contact, in time windows: contact statistics and flux.
 #[derive(Clone, Serialize, Deserialize)]
 struct WindowSums {
     contacts: ContactObserver,
@@ -76,18 +76,18 @@ impl Observer for WindowSums {
     }
 }
 
-/// Sums of one engine and replica, and of its elastic twin: a companion simulation of exact disks
-/// from the same start that loses no energy.
+/// Contact sums of one engine and replica, and of its elastic twin: a companion simulation of exact
+/// disks from the same start that loses no energy.
 #[derive(Serialize, Deserialize)]
 struct Observed {
     own: WindowSums,
-    /// Number of collisions so far.
+    /// Number of collisions of the engine so far.
     collisions: u64,
-    /// Time of the last sample \[time\].
+    /// Time of the last sample of the gas \[time\].
     sampled: f64,
-    /// Sums of the elastic twin in each time window; empty without a twin.
+    /// Contact sums of the elastic twin in each time window; empty without a twin.
     elastic: Vec<TwinWindow>,
-    /// Error message of the elastic twin, if it could not start or failed during the run.
+    /// Error message of the elastic twin, if it could not start or failed; else `None`.
     failure: Option<String>,
 }
 
@@ -99,7 +99,7 @@ impl Observer for Observed {
 }
 
 impl Observed {
-    /// Adds sums of the elastic twin to the windows that contain all of a time interval, or an
+    /// Adds sums of the elastic twin to every window that contains a whole time interval, or an
     /// instant \[time\].
     fn add_elastic(&mut self, [start, end]: [f64; 2], (sums, flux): &TwinWindow) {
         for ((all, all_flux), (span, _)) in self.elastic.iter_mut().zip(&self.own.contacts.windows)
@@ -112,8 +112,8 @@ impl Observed {
         }
     }
 
-    /// Advances the elastic twin until it has had as many collisions as the gas, and adds its sums
-    /// since the last sample.
+    /// Advances the elastic twin to the number of collisions that the gas has had, and adds its
+    /// sums since the last sample.
     fn follow(
         &mut self,
         twin: &mut ElasticTwin,
@@ -130,14 +130,14 @@ impl Observed {
     }
 }
 
-/// Sums of one engine and replica; `None` before the start.
+/// Contact sums of one engine and replica; `None` before the start.
 type Record = Option<Observed>;
 
 struct ContactProbe {
     spans: Vec<[f64; 2]>,
     record: Record,
-    /// Particles of the elastic twin, their number, and their collisions per time by theory at
-    /// temperature 1; `None` if there is none.
+    /// Elastic twin's input: particles, their number, and their theoretical collisions per time at
+    /// temperature 1. `None` without a twin.
     grains: Option<(ParticleSpec, usize, f64)>,
     twin: Option<ElasticTwin>,
 }
@@ -250,7 +250,8 @@ impl Measure for ContactMeasure {
         super::impact_parameters::check_windows(windows.as_ref())
     }
 
-    /// Times of samples: the edges of the time windows, and some in each for the local temperature.
+    /// Returns the sample times: edges of the time windows, and some times in each window for the
+    /// local temperature.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let mut times = plan.sample_times();
         times.extend(self.spans(plan).into_flattened());
@@ -272,8 +273,8 @@ impl Measure for ContactMeasure {
         }
     }
 
-    /// Share of the run up to the end of the last time window, in which the elastic twin has as
-    /// many collisions as the gas.
+    /// Returns the share of the run up to the end of the last time window, in which the elastic
+    /// twin has as many collisions as the gas.
     fn companion_share(&self, plan: &CasePlan, engine: &EnginePlan) -> f64 {
         if self.with_twin(plan, engine) {
             let ends = self.spans(plan).into_iter().map(|[_, end]| end);
@@ -356,8 +357,8 @@ impl Measure for ContactMeasure {
         vec![chaos, values, meetings, velocities]
     }
 
-    /// Returns notes on pairs near contact and on partners that meet again in the last time window,
-    /// and a warning if an elastic twin failed.
+    /// Creates notes on pairs near contact and on recollisions in the last time window, and a
+    /// warning if an elastic twin failed.
     fn result_verdicts(
         &self,
         plan: &CasePlan,
@@ -421,7 +422,7 @@ impl Measure for ContactMeasure {
     }
 }
 
-/// Returns the contact sums of one time window, for each replica with its number of particles.
+/// Returns the contact sums of one time window in every replica, each with the number of particles.
 fn sums(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     let one = |one: &Observed| {
@@ -431,8 +432,8 @@ fn sums(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     known.map(one).collect()
 }
 
-/// Returns the contact sums of the elastic twins in one time window, for each replica with its
-/// number of particles.
+/// Returns the contact sums of the elastic twins for one time window in every replica, each with
+/// the number of particles.
 fn elastic(records: &[&Record], number: usize) -> Vec<(ContactSums, f64)> {
     let known = records.iter().filter_map(|record| record.as_ref());
     let one = |one: &Observed| {
@@ -502,10 +503,10 @@ fn velocities_table() -> Table {
     )
 }
 
-/// Function that returns numerator and denominator of a ratio from the sums of one replica.
+/// Function from the sums of one replica to numerator and denominator of a ratio.
 type Pick<'a, T> = dyn Fn(&T) -> [f64; 2] + 'a;
 
-/// Quantity of the table: the function `of` applied to a ratio of two sums.
+/// Column of the table of contacts: the function `of` applied to a ratio of two sums.
 struct Quantity {
     name: String,
     sums: Box<Pick<'static, (ContactSums, f64)>>,
@@ -515,17 +516,17 @@ struct Quantity {
 
 impl Quantity {
     fn values(&self, all: &[(ContactSums, f64)]) -> Vec<Option<f64>> {
-        pseudo(all, &*self.sums, self.of)
+        ratio_pseudo_values(all, &*self.sums, self.of)
     }
 }
 
 /// Estimates a ratio of sums over the replicas, with its jackknife error; `None` without data.
 fn ratio<T>(all: &[T], sums: impl Fn(&T) -> [f64; 2]) -> Option<TableEstimate> {
-    let found = mean_over_replicas(pseudo(all, &sums, |ratio| ratio));
+    let found = mean_over_replicas(ratio_pseudo_values(all, &sums, |ratio| ratio));
     found.value.map(|_| found)
 }
 
-/// Estimates a fraction of the collisions whose partners are known by their index.
+/// Estimates a share of those collisions whose partners are known by their index.
 fn collision_share(
     all: &[(ContactSums, f64)],
     of: impl Fn(&ContactSums) -> f64,
@@ -533,9 +534,9 @@ fn collision_share(
     ratio(all, |(sums, _)| [of(sums), sums.named])
 }
 
-/// Jackknife pseudo-values, one for each replica with data, of a function of a ratio of sums over
-/// the replicas.
-fn pseudo<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
+/// Computes jackknife pseudo-values, one for each replica with data, of a function of a ratio of
+/// sums over the replicas.
+fn ratio_pseudo_values<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f64>> {
     let each: Vec<[f64; 2]> = all
         .iter()
         .map(sums)
@@ -545,7 +546,7 @@ fn pseudo<T>(all: &[T], sums: &Pick<'_, T>, of: fn(f64) -> f64) -> Vec<Option<f6
     values.into_iter().map(Some).collect()
 }
 
-/// Returns the quantities of the table, in the order of its columns.
+/// Returns the quantities of the table of contacts, in the order of its columns.
 fn quantities(plan: &CasePlan) -> Vec<Quantity> {
     fn as_is(ratio: f64) -> f64 {
         ratio

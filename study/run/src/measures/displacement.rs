@@ -1,4 +1,5 @@
-//! Mean squared displacement of the particles, against Enskog's theory where it applies.
+//! Measure `displacement`: mean squared displacement of the particles, against Enskog's theory if
+//! it applies.
 
 use serde::Deserialize;
 use stosszahl_analysis::theory::Moment;
@@ -11,10 +12,10 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the mean squared displacement.
+/// Measure `displacement` of the mean squared displacement.
 pub struct DisplacementMeasure;
 
-/// Options: begin of the measurement.
+/// Options of `[measure.displacement]`: begin of the measurement.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DisplacementOptions {
@@ -22,12 +23,12 @@ pub struct DisplacementOptions {
     pub from: f64,
 }
 
-/// Mean squared displacement \[engine length^2\], by time since the start of its measurement;
-/// `None` from an engine that cannot measure it.
+/// Mean squared displacements \[engine length^2\] by time since the start of the measurement;
+/// `None` from an engine that cannot measure them.
 type Record = Vec<(f64, Option<f64>)>;
 
-/// Times of measurement, with the time since its start: a logarithmic grid as that of the samples, and last the end of the
-/// run exactly.
+/// Returns the measuring times of displacements, each with the time since the start of the
+/// measurement. They form a logarithmic grid, and the last is exactly the end of the run.
 fn moments(plan: &CasePlan, from: f64) -> Vec<(f64, f64)> {
     let until = plan.case.run.until;
     // Late starts may leave no room between two times of the grid.
@@ -40,7 +41,8 @@ fn moments(plan: &CasePlan, from: f64) -> Vec<(f64, f64)> {
     times
 }
 
-/// Mean squared displacement by theory at given moments \[length^2 of the engine\]; none where no theory applies.
+/// Computes the theoretical mean squared displacement at given times \[engine length^2\]; `None` if
+/// no theory applies.
 fn theory(plan: &CasePlan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>> {
     if !plan.has_box() {
         let of_species = by_mixture(plan, moments).filter(|_| from == 0.0);
@@ -50,8 +52,8 @@ fn theory(plan: &CasePlan, from: f64, moments: &[(f64, f64)]) -> Vec<Option<f64>
     moments.iter().map(one).collect()
 }
 
-/// Predicts the mean squared displacement of a gas without positions by the kinetic equations of
-/// its species, from its start on.
+/// Computes the mean squared displacement of a gas without positions from the kinetic equations of
+/// its species.
 fn by_mixture(plan: &CasePlan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>>> {
     if plan.case.thermostat.is_some() || plan.case.aggregation.is_some() {
         return None;
@@ -76,8 +78,9 @@ fn by_mixture(plan: &CasePlan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>
     Some(found.iter().map(mean).collect())
 }
 
-/// Enskog's theory of equal disks in first Sonine order, a time `elapsed` after the start of the measurement. A gas in a bath is
-/// taken to be in its steady state, whatever the start was.
+/// Computes the mean squared displacement by Enskog's theory of equal disks in first Sonine order,
+/// a time `elapsed` after the start of the measurement. A gas in a bath is taken to be in its
+/// steady state, whatever the start was.
 fn enskog(plan: &CasePlan, from: f64, elapsed: f64) -> Option<f64> {
     if !plan.has_theory() || plan.dimension != 2 {
         return None;
@@ -98,7 +101,8 @@ fn enskog(plan: &CasePlan, from: f64, elapsed: f64) -> Option<f64> {
     let Some((first, last)) = first.zip(last) else {
         return Some(steady(1.0));
     };
-    // T t0^2 is the same at all times of the cooling state, and only the logarithm of its temperature tells how far disks have gone.
+    // T t0^2 is the same at all times of the cooling state, and only the logarithm of its
+    // temperature tells how far disks have gone.
     let square = plan.haff_time * plan.haff_time;
     let passed = (last - first).exp_m1();
     Some(square * kinetic::cooling_displacement(plan.restitution, passed))

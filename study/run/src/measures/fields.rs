@@ -1,4 +1,5 @@
-//! `fields`: density, velocity, temperatures, pressure and collision rate in cells and along both axes, in windows of time.
+//! Measure `fields`: density, velocity, temperatures, pressure and collision rate in cells and
+//! along both axes, averaged over time windows.
 
 mod channel;
 mod layers;
@@ -21,24 +22,25 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
 
-/// Fields on a grid over the first two axes.
+/// Measure `fields` of the fields of a flow, on a grid over the first two axes.
 pub struct FieldMeasure;
 
-/// Memory of a row of the table while the report draws it, as measured \[bytes\].
+/// Memory of a table row of fields while the report draws it \[bytes\], as measured.
 const SHOWN: f64 = 3400.0;
-/// Largest number of sums that are kept: cells times species times time blocks.
+/// Largest number of stored sums: cells times species times time blocks.
 const MOST_SUMS: usize = 20_000_000;
 
-/// Options of `[measure.fields]`.
+/// Options of `[measure.fields]`: cells, time blocks and windows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FieldOptions {
     /// Cells along the first two axes, each from 1 to 1000.
     pub cells: [u64; 2],
-    /// Blocks of time that fields are kept for, and that their standard errors come from; a divisor of the number of samples.
-    /// Default: the one nearest to 40.
+    /// Blocks of time that fields are kept for, and that their standard errors come from; a divisor
+    /// of the number of samples. Default: the one nearest to 40.
     pub blocks: Option<u64>,
-    /// Windows of time that are listed besides the steady state; moved to the ends of blocks.
+    /// Time windows over which fields are averaged, besides the steady state; moved to the ends of
+    /// blocks.
     pub windows: Vec<[f64; 2]>,
 }
 
@@ -70,7 +72,7 @@ impl FieldOptions {
     }
 }
 
-/// Record of one replica.
+/// Sums for the fields of one replica.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Record {
     series: GasSeries,
@@ -109,7 +111,8 @@ impl Measure for FieldMeasure {
         time_blocks::times(plan).split_off(1)
     }
 
-    /// Seven sums for each cell, block and species, and two of collisions for each cell and block.
+    /// Returns the memory of the sums \[bytes\]: seven for each cell, block and species, and two of
+    /// collisions for each cell and block.
     fn kept_bytes(&self, plan: &CasePlan) -> f64 {
         let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
@@ -118,7 +121,8 @@ impl Measure for FieldMeasure {
         cells as f64 * (blocks * sums * size_of::<f64>()) as f64
     }
 
-    /// The table has a row for each cell, time window and engine.
+    /// Returns the memory of the figures \[bytes\], from the rows of the table: one for each cell,
+    /// time window and engine.
     fn figure_bytes(&self, plan: &CasePlan) -> f64 {
         let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
@@ -205,13 +209,13 @@ impl Measure for FieldMeasure {
     }
 }
 
-/// Returns, for each engine, the time from which its gas is steady, in the unit of time of the
-/// case; `None` if it never is.
+/// Finds, for each engine, the time from which its flow is steady, in the unit of time of the case;
+/// `None` if it never is.
 fn steady(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Option<f64>> {
     time_blocks::steady::<Record>(plan, runs, |record| &record.series)
 }
 
-/// Returns the time windows of the case and, last, the window for verdicts.
+/// Returns the time windows of the case and, last, the window that verdicts use.
 fn windows(plan: &CasePlan, options: &FieldOptions, runs: &ReplicaRecords<'_>) -> Vec<TimeBlocks> {
     let blocks = time_blocks::blocks(plan, options.blocks);
     let chosen = options.windows.iter();
@@ -226,8 +230,8 @@ struct Watch {
     per_block: usize,
     lengths: [f64; 3],
     periodic: [bool; 2],
-    /// True if collisions of the engine carry momentum over the distance of the partners; false
-    /// where partners are points.
+    /// True if collisions of the engine transfer momentum over the distance of the partners; false
+    /// if partners collide as points.
     carries: bool,
     record: Record,
 }

@@ -1,4 +1,5 @@
-//! Positions of the first replica at many times, for the player of the report.
+//! Measure `frames`: positions of the particles of replica 0 at many times, for the player of the
+//! report.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::sum::Totals;
@@ -11,22 +12,24 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of coarse frames for the player of the report.
+/// Measure `frames` of coarse particle positions for the player of the report.
 pub struct FrameMeasure;
 
-/// Largest number of particles in the last frame, which readers enlarge.
+/// Largest number of particles in the last frame, which readers can enlarge.
 const LAST: usize = 150_000;
-/// Memory of a particle in a frame \[bytes\].
+/// Memory of one particle in a frame \[bytes\].
 const BYTES: f64 = 8.0;
 
-/// How many, and of how many particles.
+/// Options of `[measure.frames]`: number of frames, and of particles in each.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FrameOptions {
-    /// Frames, taken at times at which the run is sampled, the first and the last among them; 0 for none.
+    /// Number of frames, taken at times at which the run is sampled, the first and the last among
+    /// them; 0 for none.
     #[schemars(range(max = 1000))]
     pub number: usize,
-    /// Particles in each frame at most, a fair sample of all; the last frame has up to 150 000.
+    /// Largest number of particles in a frame, a fair sample of all; the last frame has up to
+    /// 150 000.
     #[schemars(range(min = 1, max = 150_000))]
     pub particles: usize,
 }
@@ -49,7 +52,7 @@ struct Last {
 }
 
 impl Last {
-    /// Value before the first collision.
+    /// Placeholder before the first collision of a particle.
     const NONE: Self = Self {
         partner: Collision::ANONYMOUS,
         impact: 0.0,
@@ -67,8 +70,8 @@ fn dot(particle: &Particle) -> Dot {
     }
 }
 
-/// Frames so far, and the last collision of each particle; the list of collisions is empty where
-/// particles are not tracked.
+/// Frames so far, and the last collision of each particle; without collisions if particles are not
+/// tracked.
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
     frames: Vec<ParticleFrame>,
@@ -90,7 +93,7 @@ impl Observer for Record {
 }
 
 impl Record {
-    /// Selects the content of a frame of disks that are visited in the order of their numbers.
+    /// Selects the particles of a frame of disks that are visited in the order of their indices.
     /// Lengths and speeds are in engine units, as only their ratios matter.
     fn chosen(&self, gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
         let (mut crowd, mut sum) = (Crowd::default(), 0.0);
@@ -122,22 +125,22 @@ impl Record {
     }
 }
 
-/// Probe that takes the frames of one engine and replica.
+/// Probe that takes the particle frames of one engine and replica.
 struct Camera {
     record: Record,
-    /// Largest number of particles in each frame but the last.
+    /// Largest number of particles in all frames but the last.
     most: usize,
-    /// Time of the last frame.
+    /// Time of the last frame, the end of the run.
     until: f64,
-    /// True if last collisions are recorded: the engine distinguishes particles, and their number
+    /// True if last collisions are recorded, because the engine tracks particles and their number
     /// is constant.
     follows: bool,
     sides: [f64; 2],
     periodic: [bool; 2],
 }
 
-/// Selects the content of a frame of a gas without tracked particles. They are numbered by groups,
-/// and only those that are shown are gathered.
+/// Selects the particles of a frame of a gas without tracked particles. They are numbered by
+/// groups, and only sampled ones are gathered.
 fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
     let mut looks = FrameReduction {
         crowd: Crowd::default(),
@@ -160,11 +163,11 @@ fn chosen(gas: &dyn Simulation, most: usize) -> (Crowd, Vec<(u64, Dot)>) {
     (crowd, sample.kept)
 }
 
-/// Reduction over all particles that selects the content of a frame.
+/// Reduction over all particles that samples the particles of a frame and sums their totals.
 #[derive(Serialize, Deserialize)]
 pub(super) struct FrameReduction {
     crowd: Crowd,
-    /// Sums of weights, and of weights times squared speeds.
+    /// Totals over all particles, such as sums of weights and of weighted squared speeds.
     totals: Totals,
 }
 
@@ -193,7 +196,7 @@ impl ParticleReduction for FrameReduction {
 pub(super) struct ChosenParticles {
     share: f64,
     kept: Vec<(u64, Dot)>,
-    /// Particles of the group in progress that may be kept, with their index in the group.
+    /// Particles of the current group that may be sampled, with their index in the group.
     #[serde(skip)]
     open: Vec<(u64, Dot)>,
     #[serde(skip)]

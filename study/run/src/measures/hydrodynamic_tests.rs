@@ -1,4 +1,5 @@
-//! Spectra, scattering, distributions of velocities and transport coefficients, on small gases and made-up records.
+//! Spectra, scattering, distributions of velocities and transport coefficients, on small gases and
+//! made-up records.
 
 use stosszahl_analysis::spectra::{Shells, Spectra, Spectrum, SpectrumDisk};
 use stosszahl_analysis::statistics::RunningMoments;
@@ -27,9 +28,10 @@ fn moments(values: &[f64]) -> [f64; 2] {
     ]
 }
 
-/// An elastic gas in equilibrium: shear, sound and temperature have the spectra of fixed momentum and energy, 1 + (1 - S)/(N - 1), the
-/// last times 1 - 2/N. Within z = 4.4 standard errors (false alarm 1e-5 each), which see 3 %; replicas are independent, and the rows of one
-/// are averaged first.
+/// An elastic gas in equilibrium: shear, sound and temperature have the spectra of fixed momentum
+/// and energy, 1 + (1 - S)/(N - 1), the last times 1 - 2/N. Within z = 4.4 standard errors (false
+/// alarm 1e-5 each), which see 3 %; replicas are independent, and the rows of one are averaged
+/// first.
 #[test]
 fn an_elastic_gas_has_spectra_of_one() {
     let text = "spectra]\ntimes = [30, 40, 50, 60]\nlargest_wave_number = 4";
@@ -89,8 +91,8 @@ fn tables_of<R: Clone + serde::Serialize + serde::de::DeserializeOwned + Send + 
     measure(name).result_tables(plan, &runs)
 }
 
-/// Amplitudes of each mode that grow as a power of 1 + t/t0 beside noise that is across them: the exponent of the growth is found. Theory of a
-/// shell of one wave number is that of the mode.
+/// Amplitudes of each mode that grow as a power of 1 + t/t0 beside noise that is across them: the
+/// exponent of the growth is found. Theory of a shell of one wave number is that of the mode.
 #[test]
 fn growth_is_that_of_the_amplitudes() {
     let mut plan = disks(
@@ -149,8 +151,9 @@ fn growth_is_that_of_the_amplitudes() {
     );
 }
 
-/// Where velocities are scaled, all pairs of successive times are one: the exponent is that of the amplitudes, and the viscosity is what is
-/// left of the growth without one, over Enskog's. Times that are further apart are left out.
+/// Where velocities are scaled, all pairs of successive times are one: the exponent is that of the
+/// amplitudes, and the viscosity is what is left of the growth without one, over Enskog's. Times
+/// that are further apart are left out.
 #[test]
 fn decay_of_shear_tells_the_viscosity() {
     let text = "spectra]\ntimes = [1, 2, 3, 5]\nlargest_wave_number = 1\n[thermostat]\nkind = \"rescaling\"\ninterval = 0.5";
@@ -252,7 +255,8 @@ fn scattering_and_spectra_are_sums_over_states() {
     }
 }
 
-/// Velocities of a gas of two species, species by species, against plain moments; densities have the integral one.
+/// Velocities of a gas of two species, species by species, against plain moments; densities have
+/// the integral one.
 #[test]
 fn distributions_of_velocities_are_histograms() {
     let plan = case(

@@ -1,8 +1,10 @@
-//! Impact parameters of collisions in windows of time, against molecular chaos, and what the cooling rate is made of.
+//! Measure `impact_parameters`: impact parameters of collisions in time windows against molecular
+//! chaos, and the factors of the dissipation identity.
 //!
-//! Under chaos P(b/d) is 1 in the plane and 2 b/d in space: (b/d)^(D-1) is uniform, whatever the velocities are. So the test
-//! holds for rough grains and in flows too. The dissipation identity ([`stosszahl_analysis::windows`]) needs equal smooth
-//! particles with one coefficient of restitution.
+//! Under chaos P(b/d) is 1 in the plane and 2 b/d in space: (b/d)^(D-1) is uniform, whatever the
+//! velocities are. So the test holds for rough grains and in flows too. The dissipation identity
+//! ([`stosszahl_analysis::windows`]) needs equal smooth particles with one coefficient of
+//! restitution.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::replicas::pseudo_values;
@@ -23,10 +25,10 @@ use crate::measure::{
 use crate::plan::{CasePlan, EnginePlan};
 use crate::power::ReplicaSpread;
 
-/// Measure of the impact parameters of collisions.
+/// Measure `impact_parameters` of collisions in time windows.
 pub struct ImpactMeasure;
 
-/// Windows and bins.
+/// Options of `[measure.impact_parameters]`: time windows and bins.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImpactOptions {
@@ -34,28 +36,28 @@ pub struct ImpactOptions {
     /// on up to the end of the run; one window with walls, gravity or spins and in gases without
     /// positions.
     pub windows: Option<Spans>,
-    /// Bins of b/d.
+    /// Number of bins of b/d.
     pub bins: u64,
 }
 
-/// Windows as written.
+/// Time windows as given in a case: the whole run, or a list.
 #[derive(Clone, Debug, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(
     untagged,
     expecting = "a list of windows [[start, end], ...], or \"whole-run\""
 )]
 pub enum Spans {
-    /// One window from the start to the end of the run.
+    /// One time window from the start to the end of the run.
     Whole(WholeRun),
-    /// Start and end of each.
+    /// List of time windows, each with start and end.
     List(Vec<[f64; 2]>),
 }
 
-/// The word that stands for the whole run.
+/// Word that stands for the whole run as a time window.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WholeRun {
-    /// From the start to the end of the run.
+    /// Time window from the start to the end of the run.
     WholeRun,
 }
 
@@ -68,7 +70,8 @@ impl Default for ImpactOptions {
     }
 }
 
-/// Windows in units of the cooling time: 0 to 1, 5, 20, 100, 400 and so on up to the end.
+/// Returns the default time windows, in units of the cooling time: 0 to 1, 5, 20, 100, 400 and so
+/// on up to the end.
 fn default_windows(until: f64) -> Vec<[f64; 2]> {
     let mut windows = Vec::new();
     let (mut start, mut end) = (0.0, 1.0);
@@ -82,7 +85,7 @@ fn default_windows(until: f64) -> Vec<[f64; 2]> {
     windows
 }
 
-/// Returns the time windows of a case, as written or by default, in the unit of time of the case.
+/// Returns the time windows of a case, as given or by default, in the unit of time of the case.
 pub(super) fn spans(plan: &CasePlan, written: Option<Spans>) -> Vec<[f64; 2]> {
     let until = plan.case.run.until;
     match written {
@@ -92,14 +95,14 @@ pub(super) fn spans(plan: &CasePlan, written: Option<Spans>) -> Vec<[f64; 2]> {
     }
 }
 
-/// Refuses a list of no windows.
+/// Returns an error for an empty list of time windows.
 pub(super) fn check_windows(windows: Option<&Spans>) -> Result<(), BadOption> {
     let none = matches!(windows, Some(Spans::List(windows)) if windows.is_empty());
     let allowed = "at least one window, or \"whole-run\"";
     measure::require(!none, "windows", allowed)
 }
 
-/// Windows of time and bins of one engine and replica.
+/// Collision sums of one engine and replica in the time windows.
 type Record = CollisionWindows;
 
 struct ImpactProbe {
@@ -162,8 +165,8 @@ impl Measure for ImpactMeasure {
         check_windows(windows.as_ref())
     }
 
-    /// The edges of the time windows are sample times, so that no time step of an engine lies
-    /// across them.
+    /// Returns the edges of the time windows as sample times, so that no time step of an engine
+    /// lies across them.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         self.options(plan).0.into_flattened()
     }
@@ -234,18 +237,21 @@ impl Measure for ImpactMeasure {
             list.push(judge::impact_parameters(&topic, name, &tests, &rule));
         }
         if plan.has_theory() {
-            list.extend(pairs_of(plan).filter_map(|pair| split(plan, runs, &spans, pair.into())));
+            list.extend(
+                pairs_of(plan)
+                    .filter_map(|pair| explain_difference(plan, runs, &spans, pair.into())),
+            );
         }
         list
     }
 }
 
-/// Returns one time window of every replica.
+/// Returns the sums of one time window in every replica.
 fn window<'a>(records: &[&'a Record], window: usize) -> Vec<&'a CollisionWindow> {
     records.iter().map(|one| &one.windows[window]).collect()
 }
 
-/// Returns the number of collisions in each bin, summed over all replicas.
+/// Returns the number of collisions in each bin of b/d, summed over all replicas.
 fn counts(windows: &[&CollisionWindow]) -> Vec<u64> {
     let bins = windows.first().map_or(0, |window| window.bins.len());
     let count = |bin: usize| windows.iter().map(|window| window.bins[bin]).sum();
@@ -270,18 +276,18 @@ fn against_chaos(windows: &[&CollisionWindow]) -> Option<ChiSquaredTest> {
     chi_squared_test(&observed, &expected.collect::<Vec<f64>>(), 0).ok()
 }
 
-/// Tests the impact parameters of one engine in each time window.
+/// Tests the impact parameters of one engine in each time window, over replicas.
 fn tests(spans: &[[f64; 2]], records: &[&Record]) -> Vec<ImpactTest> {
     let one = |(number, &span)| ImpactTest::test_window(span, &window(records, number));
     spans.iter().enumerate().map(one).collect()
 }
 
-/// Returns the lower and upper edge b/d of a bin.
+/// Returns the lower and upper edge of a bin of b/d.
 fn edges(bin: usize, bins: usize) -> [f64; 2] {
     [bin, bin + 1].map(|edge| edge as f64 / bins as f64)
 }
 
-/// Returns the table of impact parameters by bin, and the table of their summary.
+/// Builds the table of impact parameters by bin, and the table of their summary.
 fn histograms(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Vec<Table> {
     let figure = Figure::curves(
         "Impact parameters",
@@ -374,7 +380,7 @@ fn histograms(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) ->
     vec![bins, summary]
 }
 
-/// Functions that return the factors of the dissipation identity, in the order of their columns.
+/// Accessors of the factors of the dissipation identity, in the order of their columns.
 const FACTORS: [fn(&DissipationFactors) -> f64; 6] = [
     |d| d.rate,
     |d| d.speed,
@@ -387,7 +393,8 @@ const FACTORS: [fn(&DissipationFactors) -> f64; 6] = [
 /// Computes the factors of the dissipation identity in one time window of one replica, or of
 /// several merged.
 fn known_factors(plan: &CasePlan, window: &CollisionWindow) -> Option<DissipationFactors> {
-    // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian velocities.
+    // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian
+    // velocities.
     let chaos = if plan.dimension == 2 {
         kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0)
     } else {
@@ -439,10 +446,10 @@ fn dissipation(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -
     table
 }
 
-/// Returns a note on the factors that make up the difference of two engines in cooling, or in
+/// Creates a note on the factors that make up the difference of two engines in cooling, or in
 /// collisions, in the last time window. Both engines have the same starts, so the jackknife leaves
 /// out a replica of both together.
-fn split(
+fn explain_difference(
     plan: &CasePlan,
     runs: &ReplicaRecords<'_>,
     spans: &[[f64; 2]],

@@ -1,6 +1,8 @@
-//! The intermediate scattering function F(k, t) = (w/N) <rho(k, t) rho*(k, 0)>: how long density waves last.
+//! Measure `intermediate_scattering`: the intermediate scattering function `F(k, t) = (w/N) <rho(k,
+//! t) rho*(k, 0)>`, which shows how long density waves last.
 //!
-//! Time runs from a chosen moment of the run. It is a property of the density, so particles need not be known by their index.
+//! Time runs from a chosen moment of the run. It is a property of the density, so particles need
+//! not be known by their index.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_analysis::modes::{Amplitudes, ModeWeights};
@@ -13,17 +15,17 @@ use super::{grid, mean_over_replicas};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the intermediate scattering function.
+/// Measure `intermediate_scattering` of the function F(k, t).
 pub struct IntermediateScattering;
 
-/// Options: begin of the measurement and wave numbers.
+/// Options of `[measure.intermediate_scattering]`: begin of the measurement and wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScatteringOptions {
-    /// The time to which the density is compared.
+    /// Time of the density waves with which later ones are correlated.
     pub from: f64,
-    /// Shells to measure, as whole numbers n: shell n has the modes whose |k| L/2π rounds to n, with
-    /// the first side L of the box.
+    /// Shells to measure, as whole numbers n: shell n has the modes whose |k| L/2π rounds to n,
+    /// with the first side L of the box.
     pub wave_numbers: Vec<u64>,
     /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,
@@ -48,9 +50,9 @@ impl ScatteringOptions {
 
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
-    /// Density amplitudes at the start of the measurement, by mode.
+    /// Density amplitudes rho(k) at the start of the measurement, one for each mode.
     first: Vec<[f64; 2]>,
-    /// F(k, t), by the time t since the start of the measurement, then by shell.
+    /// Values of F(k, t), by the time t since the start of the measurement, then by shell.
     scattering: Vec<(f64, Vec<f64>)>,
 }
 

@@ -1,4 +1,5 @@
-//! The pair correlation function g(r) in a periodic box, of disks and of spheres.
+//! Measure `pair_correlation`: the pair correlation function g(r) of disks and of spheres in a
+//! periodic box.
 
 use serde::Deserialize;
 use stosszahl_analysis::pair_correlation::{PairCorrelation, PairCounts, of_species};
@@ -11,22 +12,23 @@ use super::structure_factor::{
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the pair correlation g(r).
+/// Measure `pair_correlation` of the function g(r).
 pub struct PairCorrelations;
 
-/// Largest number of distance bins.
+/// Largest number of distance bins of g(r).
 const MOST_BINS: f64 = 1e5;
 
-/// Options of the pair correlation.
+/// Options of `[measure.pair_correlation]`: times, range and bins.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PairCorrelationOptions {
-    /// Times. Default: the start and the end of the run.
+    /// Times at which g(r) is measured. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
-    /// Largest distance, in mean diameters.
+    /// Largest distance of g(r), in mean diameters.
     pub range: f64,
-    /// Width of the bins, in mean diameters. g(r) of inelastic particles has a cusp at contact, `sqrt(r - d)`; the value at
-    /// contact itself is in `contact_values.csv` of the measure `contacts`.
+    /// Width of the bins, in mean diameters. g(r) of inelastic particles has a cusp at contact,
+    /// `sqrt(r - d)`; the value at contact itself is in `contact_values.csv` of the measure
+    /// `contacts`.
     pub bin_width: f64,
 }
 
@@ -40,10 +42,10 @@ impl Default for PairCorrelationOptions {
     }
 }
 
-/// Pair correlation g(r) by time; `None` at a time without two particles.
+/// Pair correlation g(r) at each time; `None` at a time without two particles.
 type Record = ByTime<Found>;
 
-/// Pair correlation at one time, of all particles and of each pair of species.
+/// Pair correlation functions at one time, of all particles and of each pair of species.
 type Found = WithPairs<PairCorrelation>;
 
 impl Measure for PairCorrelations {

@@ -81,7 +81,8 @@ fn table<'a>(tables: &'a [Table], name: &str) -> &'a Table {
         .expect("a table of this name")
 }
 
-/// Sums over N = 300 particles in another order differ by rounding: N epsilon = 7e-14 of the largest term.
+/// Sums over N = 300 particles in another order differ by rounding: N epsilon = 7e-14 of the
+/// largest term.
 fn close(a: f64, b: f64) {
     assert!((a - b).abs() <= 1e-12 * a.abs().max(b.abs()), "{a} {b}");
 }
@@ -106,8 +107,8 @@ samples_per_decade = 3
 [measure.velocity_correlation]
 ";
 
-/// Simulators that each stand for eight particles of eight times the volume are those of the gas itself, byte by byte, and say the
-/// density of all that they stand for.
+/// Simulators that each stand for eight particles of eight times the volume are those of the gas
+/// itself, byte by byte, and say the density of all that they stand for.
 #[test]
 fn simulators_stand_for_particles() {
     let one = plan(MIXTURE);
@@ -227,7 +228,8 @@ fn the_gas_is_the_mean_of_its_replicas() {
     for row in 0..2 {
         assert_eq!(number(species, row, "velocity_correlation"), 1.0);
         assert_eq!(number(species, row, "mean_squared_displacement"), 0.0);
-        // Three passes set temperatures and take out the drift, each to a share of 1/N of the one before.
+        // Three passes set temperatures and take out the drift, each to a share of 1/N of the one
+        // before.
         let found = number(species, row, "temperature") / plan.species[row].temperature;
         assert!((found - 1.0).abs() < 1e-6, "{found}");
     }
@@ -239,7 +241,8 @@ fn the_gas_is_the_mean_of_its_replicas() {
     assert_eq!(known.count(), 2);
 }
 
-/// 40000 particles in all know their energy to 0.4 %, and their collisions better: within 2 % of theory unless it is wrong.
+/// 40000 particles in all know their energy to 0.4 %, and their collisions better: within 2 % of
+/// theory unless it is wrong.
 #[test]
 fn a_cooling_gas_agrees_with_theory() {
     let plan = plan(
@@ -266,8 +269,9 @@ samples_per_decade = 3",
     }
 }
 
-/// Without collisions a path is straight: `delta^2 = <v^2> lag^2 = D T lag^2/m`, as is the displacement since the start, and the
-/// averages of single paths differ as `v^2` does, at all lags alike; to rounding.
+/// Without collisions a path is straight: `delta^2 = <v^2> lag^2 = D T lag^2/m`, as is the
+/// displacement since the start, and the averages of single paths differ as `v^2` does, at all lags
+/// alike; to rounding.
 #[test]
 fn straight_paths_are_averaged_exactly() {
     let plan = plan(
@@ -304,7 +308,8 @@ particles = 50",
     }
 }
 
-/// Energy that sticking and breaking take and a thermostat gives adds up, and clusters are counted once.
+/// Energy that sticking and breaking take and a thermostat gives adds up, and clusters are counted
+/// once.
 #[test]
 fn clusters_keep_their_energy_and_number() {
     let plan = plan(
@@ -361,7 +366,8 @@ fit_monomers = [1, 8]",
     assert!(topics.contains(&"steady state") && topics.contains(&"sizes in the steady state"));
 }
 
-/// Each particle with its own size: equal shares by size, whose theory begins at the temperature of the start.
+/// Each particle with its own size: equal shares by size, whose theory begins at the temperature of
+/// the start.
 #[test]
 fn continuous_sizes_have_groups() {
     let plan = plan(

@@ -1,4 +1,5 @@
-//! Files of single particles and collisions: of which replicas and engines, when, and in which columns.
+//! Files of single particles and collisions: of which replicas and engines, when, and in which
+//! columns.
 
 use std::path::Path;
 
@@ -134,7 +135,8 @@ fn velocities_of_a_gas_without_positions_are_csv() {
     assert_eq!(share_of_others(&CollisionLog, &plan), 0.5);
 }
 
-/// Simulators whose weights differ, between walls, with the quantities that are asked for; and those of the log.
+/// Simulators whose weights differ, between walls, with the quantities that are asked for; and
+/// those of the log.
 #[test]
 fn simulators_of_a_flow_have_the_quantities_that_are_asked_for() {
     let flow = |snapshots: &str| {

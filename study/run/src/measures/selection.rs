@@ -1,25 +1,26 @@
-//! Selection of engines and replicas of which a measure keeps a record, where the case may choose.
+//! Selection of the engines and replicas of which a measure keeps a record, as options of the
+//! measure.
 
 use serde::Deserialize;
 
 use crate::measure::{self, BadOption};
 use crate::plan::CasePlan;
 
-/// Replicas as written.
+/// Replicas as given in a case: all, or a list of numbers.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(untagged, expecting = "a list of replicas, from 0, or \"all\"")]
 pub enum Replicas {
-    /// All of them.
+    /// All replicas of the case.
     All(AllReplicas),
-    /// Their numbers, from 0.
+    /// List of numbers of replicas, from 0.
     List(Vec<u64>),
 }
 
-/// The word that stands for all replicas.
+/// Word that stands for all replicas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AllReplicas {
-    /// All replicas.
+    /// All replicas of the case.
     All,
 }
 
@@ -30,7 +31,7 @@ impl Default for Replicas {
 }
 
 impl Replicas {
-    /// Returns true if the selection contains the replica of this number, from 0.
+    /// Returns true if the selection contains the replica with this number, from 0.
     pub(super) fn has(&self, replica: u64) -> bool {
         match self {
             Self::All(_) => true,
@@ -38,7 +39,7 @@ impl Replicas {
         }
     }
 
-    /// Refuses replicas that the case does not have.
+    /// Returns an error if the selection names replicas that the case does not have.
     pub(super) fn check_replicas(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let Self::List(list) = self else {
             return Ok(());
@@ -53,12 +54,12 @@ impl Replicas {
     }
 }
 
-/// Returns true if `engines` names this engine, or is `None`.
+/// Returns true if `engines` names the engine, or is `None`.
 pub(super) fn is_named(engines: Option<&[String]>, engine: &str) -> bool {
     engines.is_none_or(|names| names.iter().any(|one| one == engine))
 }
 
-/// Refuses names of engines that the case does not have.
+/// Returns an error if the selection names engines that the case does not have.
 pub(super) fn check_engines(plan: &CasePlan, engines: Option<&[String]>) -> Result<(), BadOption> {
     let names: Vec<&str> = plan.engines.iter().map(|engine| engine.name).collect();
     for (index, name) in engines.into_iter().flatten().enumerate() {

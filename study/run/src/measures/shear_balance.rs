@@ -1,4 +1,4 @@
-//! `shear_balance`: the energy balance of a gas in uniform shear flow.
+//! Measure `shear_balance`: energy balance of a gas in uniform shear flow.
 
 use stosszahl_results::{Table, VerdictKind, VerdictText, engine_title, table};
 
@@ -6,15 +6,17 @@ use crate::judge;
 use crate::measure::{self, BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Energy balance of a sheared gas.
+/// Measure `shear_balance` of the energy of a sheared gas: kinetic energy against shear work and
+/// dissipation.
 pub struct ShearBalance;
 
-/// Largest imbalance of exact dynamics that is rounding: 1e-16 of each of up to 10^12 terms, with signs of chance.
+/// Largest relative imbalance of energy in exact dynamics that is rounding: 1e-16 of each of up to
+/// 10^12 terms, with random signs.
 const ROUNDING: f64 = 1e-10;
-/// Number of the work of an engine that has the imbalance.
+/// Name of the work counter that holds the energy imbalance of an engine.
 const NUMBER: &str = "shear_energy_imbalance";
 
-/// Returns true if an engine of the plan counts the balance.
+/// Returns true if an engine of the plan, exact dynamics, counts the energy balance.
 fn has_exact_dynamics(plan: &CasePlan) -> bool {
     plan.engines.iter().any(EnginePlan::is_exact)
 }

@@ -1,5 +1,5 @@
-//! All particles of chosen replicas at chosen times, in the units of the case: as extended XYZ, which OVITO and ASE read, as a dump of LAMMPS
-//! or as GSD; and as CSV of gases without positions.
+//! Measure `snapshots`: files with all particles of chosen replicas at chosen times. Formats are
+//! extended XYZ (OVITO, ASE), LAMMPS dump, GSD, and CSV for gases without positions.
 
 mod gsd;
 mod lammps;
@@ -21,31 +21,34 @@ use super::selection::{Replicas, check_engines, is_named};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan, UnitScale};
 
-/// Length of a line, about: four numbers of all their digits in the plane.
+/// Approximate length of a line of a snapshot file \[bytes\]: four numbers with all digits in the
+/// plane.
 const LINE: f64 = 100.0;
 
-/// Measure that writes all particles at chosen times.
+/// Measure `snapshots` that writes all particles at chosen times.
 pub struct SnapshotMeasure;
 
-/// Most snapshots of one engine that an interval may ask for.
+/// Largest number of snapshots of one engine that an interval may lead to.
 const MOST: f64 = 10_000.0;
 
-/// Options: times, engines, replicas, quantities and formats.
+/// Options of `[measure.snapshots]`: times, engines, replicas, quantities and formats.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SnapshotOptions {
-    /// Times. Default: the end of the run.
+    /// Times of the snapshots. Default: the end of the run.
     pub times: Option<Vec<f64>>,
-    /// Time between two, from the start on, in place of `times`.
+    /// Time between two snapshots, from the start on, in place of `times`.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub interval: Option<f64>,
-    /// Names of engines. Default: all.
+    /// Engines whose particles are written, by name. Default: all.
     pub engines: Option<Vec<String>>,
-    /// Numbers of replicas, from 0, or "all". Default: \[0\].
+    /// Replicas whose particles are written, by number from 0, or "all". Default: \[0\].
     pub replicas: Replicas,
-    /// Quantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
+    /// Quantities of particles that are written next to positions. Default: `velocity`, `radius`
+    /// and `mass`, and the others where particles differ in them.
     pub quantities: Option<Vec<ParticleQuantity>>,
-    /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of LAMMPS (`.dump`), GSD. Default: \["xyz"\].
+    /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of
+    /// LAMMPS (`.dump`), GSD. Default: \["xyz"\].
     pub formats: Option<Vec<SnapshotFormat>>,
 }
 
@@ -62,7 +65,7 @@ pub enum SnapshotFormat {
 }
 
 impl SnapshotFormat {
-    /// File name extension of the format, without the dot.
+    /// Returns the file name extension of the format, without the dot.
     fn ending(self) -> &'static str {
         match self {
             Self::Xyz => "xyz",
@@ -73,7 +76,8 @@ impl SnapshotFormat {
 }
 
 impl SnapshotOptions {
-    /// File name extensions of a snapshot, without the dot, one for each format that is written.
+    /// Returns the file name extensions of a snapshot, without the dot, one for each format that is
+    /// written.
     fn endings(&self, plan: &CasePlan) -> Vec<&'static str> {
         if plan.has_box() {
             self.formats().iter().map(|one| one.ending()).collect()
@@ -87,10 +91,10 @@ impl SnapshotOptions {
     }
 }
 
-/// Files of the snapshots of one engine that were taken.
+/// Snapshot files of one engine and replica, in the order of time.
 type Records = Vec<SnapshotFiles>;
 
-/// Files of one snapshot, one for each format.
+/// Snapshot files of one engine at one time, one for each format.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct SnapshotFiles {
     /// Number of the replica, from 0.
@@ -99,15 +103,16 @@ struct SnapshotFiles {
     files: Vec<serde_bytes::ByteBuf>,
 }
 
-/// Units of a snapshot file.
+/// Units of the numbers in a snapshot file.
 #[derive(Clone, Copy)]
 struct SnapshotUnits {
     scale: UnitScale,
-    /// Unit of time of the case over Haff's time t0; none of a gas that does not cool.
+    /// Unit of time of the case over Haff's time t0; `None` for a gas that does not cool.
     time_over_t0: Option<f64>,
-    /// Third side of the box of disks: a mean diameter \[length of the case\], or 1 of points.
+    /// Third side of the box in a snapshot of disks: a mean diameter \[length of the case\], or 1
+    /// for points.
     depth: f64,
-    /// Shear flow as it is at time 0 \[engine units\].
+    /// Shear flow of the gas at time 0 \[engine units\]; `None` without shear.
     shear: Option<Shear>,
 }
 
@@ -123,14 +128,14 @@ impl SnapshotUnits {
     }
 }
 
-/// Snapshot to be written: its particles, time and units.
+/// Content of a snapshot file: particles, time and units.
 struct Content<'a> {
     particles: &'a Particles,
     quantities: Vec<ParticleQuantity>,
     units: SnapshotUnits,
     domain: TiltedBox,
     engine: &'a str,
-    /// Time in the unit of time of the case.
+    /// Time of the snapshot, in the unit of time of the case.
     time: f64,
     /// Number of the snapshot of the engine, from 0.
     index: usize,
@@ -164,13 +169,14 @@ impl<'a> Content<'a> {
     }
 }
 
-/// Writes all quantities in the extended XYZ format, in the units of the case of a plan.
+/// Formats all quantities of particles as extended XYZ, in the units of the case.
 pub fn extended_xyz(particles: &Particles, plan: &CasePlan, engine: &str) -> String {
     let (time, units) = (particles.time / plan.time, SnapshotUnits::new(plan));
     xyz::xyz(&Content::new(particles, None, units, engine, time))
 }
 
-/// Formats a gas without positions as CSV, with a column for each number of a particle.
+/// Formats the particles of a gas without positions as CSV, with a column for each number of a
+/// particle.
 fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitScale) -> String {
     let quantities = written(asked, particles);
     let mut text = String::with_capacity(LINE as usize * particles.all.len());

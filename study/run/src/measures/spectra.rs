@@ -1,4 +1,5 @@
-//! Spectra of density, flow and temperature of disks in a periodic box, and how fast shear modes grow or decay.
+//! Measure `spectra`: spectra of density, flow and temperature of disks in a periodic box, and
+//! growth rates of shear modes against fluctuating hydrodynamics.
 
 use serde::Deserialize;
 use stosszahl_analysis::relaxation::jackknife;
@@ -13,21 +14,21 @@ use super::{mean_over_replicas, require_kept};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the spectra of the hydrodynamic fields.
+/// Measure `spectra` of the hydrodynamic fields: density, flow and temperature.
 pub struct HydrodynamicSpectra;
 
-/// Largest number of a shell, and of waves in one.
+/// Largest shell number, and largest number of modes in a shell.
 pub(super) const LARGEST: u64 = 2048;
 
-/// When, and at which wave numbers.
+/// Options of `[measure.spectra]`: times and wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpectraOptions {
-    /// Times. Default: the start and the end of the run.
+    /// Times at which spectra are measured. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
-    /// Time between looks from the start on, in place of `times`.
+    /// Time between two measurements of spectra, from the start on, in place of `times`.
     pub interval: Option<f64>,
-    /// Largest mode number L/wavelength.
+    /// Largest mode number L/wavelength of the spectra.
     pub largest_wave_number: u64,
     /// Most wave vectors of a shell, one of each pair k and -k.
     pub modes_per_shell: u64,
@@ -44,10 +45,10 @@ impl Default for SpectraOptions {
     }
 }
 
-/// Spectra by time; none at a time without disks.
+/// Spectra by time; `None` at a time without disks.
 type Record = Vec<(f64, Option<Spectra>)>;
 
-/// Returns the shells of modes with these wave numbers, at most `most` modes in each; the error
+/// Creates the shells of modes with the given wave numbers, at most `most` modes in each. The error
 /// says which wave numbers are allowed.
 pub(super) fn shells(plan: &CasePlan, numbers: &[usize], most: u64) -> Result<Shells, String> {
     let [x, y, _] = plan.lengths;
@@ -55,20 +56,20 @@ pub(super) fn shells(plan: &CasePlan, numbers: &[usize], most: u64) -> Result<Sh
         .map_err(|error| format!("{error}; allowed: smaller wave numbers"))
 }
 
-/// Refuses gases in which there are no waves of disks.
+/// Returns an error for gases without waves of disks: spheres, or a box that is not periodic.
 pub(super) fn require_waves(plan: &CasePlan) -> Result<(), BadOption> {
     require_periodic(plan)?;
     measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
     require_kept(plan)
 }
 
-/// Refuses a number of shells or of waves that is too large, or zero.
+/// Returns an error for a number of shells or modes that is zero or too large.
 pub(super) fn require_number(found: u64, key: &str) -> Result<(), BadOption> {
     let allowed = format!("a whole number from 1 to {LARGEST}");
     measure::require((1..=LARGEST).contains(&found), key, allowed)
 }
 
-/// Most samples of a run at a given interval.
+/// Largest number of samples of a run that an interval may lead to.
 const MOST_LOOKS: f64 = 1e6;
 
 impl SpectraOptions {
@@ -87,25 +88,27 @@ impl SpectraOptions {
     }
 }
 
-/// Linear fluctuating hydrodynamics of shear modes: van Noije, Ernst, Brito & Orza (1997).
+/// Theory of shear modes: linear fluctuating hydrodynamics of van Noije, Ernst, Brito & Orza
+/// (1997).
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Shear {
-    /// Modes below the critical wave number grow over the thermal speed, others decay, as powers of
-    /// 1 + t/t0.
+    /// Freely cooling gas: modes below the critical wave number grow over the thermal speed, others
+    /// decay, as powers of 1 + t/t0.
     Cooling {
-        /// Critical wave number \[1/engine length\].
+        /// Critical wave number of shear modes \[1/engine length\].
         critical: f64,
     },
-    /// All modes decay, with the kinematic viscosity \[engine length^2 over the unit of time of the
-    /// case\].
+    /// Elastic gas: all modes decay, with the kinematic viscosity \[engine length^2 over the unit
+    /// of time of the case\].
     Elastic { viscosity: f64 },
-    /// All modes decay, by drag and viscosity, and a bath feeds them; rates are per unit of time of
-    /// the case.
+    /// Gas in a thermal bath: all modes decay by drag and viscosity, and the bath feeds them. Rates
+    /// are per unit of time of the case.
     Bath { state: BathState, viscosity: f64 },
 }
 
 impl Shear {
-    /// Enskog's theory of a gas of equal disks that cools freely, is elastic, or is in a bath.
+    /// Creates the theory for a gas of equal disks that cools freely, is elastic, or is in a bath;
+    /// `None` for other gases.
     fn from_plan(plan: &CasePlan) -> Option<Self> {
         if !plan.has_theory() || plan.dimension != 2 {
             return None;
@@ -133,7 +136,8 @@ impl Shear {
         })
     }
 
-    /// Rate at which the amplitude of a mode over the thermal speed grows, per unit of [`clock`].
+    /// Computes the growth rate of a shear mode's amplitude over the thermal speed, per unit of
+    /// [`clock`].
     fn rate(self, k: f64) -> f64 {
         match self {
             Self::Cooling { critical } => transport::shear_exponent(k, critical),
@@ -142,7 +146,7 @@ impl Shear {
         }
     }
 
-    /// Spectrum of a mode at a reading of [`clock`], from one at the start on.
+    /// Computes the spectrum of a shear mode at a reading of [`clock`]; it is 1 at the start.
     fn spectrum(self, k: f64, clock: f64) -> f64 {
         match self {
             Self::Cooling { critical } => transport::thermal_shear_energy(k, critical, clock),
@@ -154,8 +158,8 @@ impl Shear {
         }
     }
 
-    /// Rate of growth without viscosity. The amplitude over the thermal speed grows as that speed
-    /// falls; drag damps it.
+    /// Computes the growth rate of a mode without viscosity. The amplitude over the thermal speed
+    /// grows as that speed falls; drag damps it.
     fn inviscid_rate(self) -> f64 {
         match self {
             Self::Cooling { .. } => 1.0,
@@ -164,7 +168,8 @@ impl Shear {
         }
     }
 
-    /// True if all modes have the energy of equilibrium: nothing is lost in contacts.
+    /// Returns true if all modes have the energy of thermal equilibrium, because contacts dissipate
+    /// nothing.
     fn is_equilibrium(self) -> bool {
         match self {
             Self::Cooling { .. } => false,
@@ -173,8 +178,8 @@ impl Shear {
         }
     }
 
-    /// Rate at which the correlation of the amplitudes of several modes grows between two readings
-    /// of [`clock`].
+    /// Computes the growth rate of the summed correlation of the amplitudes of several modes
+    /// between two readings of [`clock`].
     fn shell_rate(self, modes: &[f64], clocks: [f64; 2]) -> f64 {
         let [from, to] = clocks;
         let (mut now, mut then) = (0.0, 0.0);
@@ -187,21 +192,21 @@ impl Shear {
     }
 }
 
-/// ln(1 + t/t0) of a gas that cools freely, with the Sonine factor of Haff's law: the logarithm by
-/// which its thermal speed has fallen. Else the time of the case.
+/// Returns the time variable in which growth rates are constant: ln(1 + t/t0) with the Sonine
+/// factor of Haff's law in a freely cooling gas, else the time of the case.
 fn clock(plan: &CasePlan, time: f64) -> f64 {
     plan.cooling_logarithm(time, true).unwrap_or(time)
 }
 
-/// Returns true if the amplitudes of an engine start with the noise of its own simulators, as
-/// theory assumes.
+/// Returns true if the amplitudes of an engine start with the thermal noise of its own simulators,
+/// as theory assumes.
 fn starts_thermal(engine: &EnginePlan) -> bool {
     engine.copies() == 1
         || (engine.parameters())
             .is_none_or(|parameters| parameters.copies == SimulatorStart::Independent)
 }
 
-/// Magnitudes of the wave vectors of each shell \[1/engine length\].
+/// Returns the magnitudes of the wave vectors of each shell \[1/engine length\].
 fn magnitudes(shells: &Shells) -> Vec<Vec<f64>> {
     let all: Vec<f64> = shells.modes().wave_numbers().collect();
     shells.ranges().map(|range| all[range].to_vec()).collect()
@@ -344,8 +349,8 @@ fn steady_table() -> Table {
     )
 }
 
-/// Mean of the spectrum in a shell over samples, with the standard error of the replicas.
-fn average(
+/// Computes the mean of a spectrum in a shell over samples, with the standard error over replicas.
+fn shell_average(
     records: &[&Record],
     looks: &[usize],
     shell: usize,
@@ -386,7 +391,7 @@ fn fill_steady(
     }
     let (numbers, magnitudes) = (shells.wave_numbers(), magnitudes(shells));
     for (shell, modes) in magnitudes.iter().enumerate() {
-        let of = |part| average(records, &looks, shell, part);
+        let of = |part| shell_average(records, &looks, shell, part);
         let steady = |theory: Shear| mean(modes.iter().map(|&k| theory.spectrum(k, f64::INFINITY)));
         table.add((
             (engine.name, numbers[shell]),
@@ -439,7 +444,7 @@ fn fill_spectra(
         .flat_map(|one| one.iter().enumerate())
     {
         for (shell, modes) in magnitudes.iter().enumerate() {
-            let of = |part| average(records, &[index], shell, part);
+            let of = |part| shell_average(records, &[index], shell, part);
             let expected = theory.filter(|_| starts_thermal(engine)).map(|theory| {
                 mean(
                     modes
@@ -461,8 +466,8 @@ fn fill_spectra(
     }
 }
 
-/// True if the growth over the thermal speed is the same at all times: without losses, or where a
-/// thermostat makes up for them.
+/// Returns true if growth rates over the thermal speed are constant in time: without dissipation,
+/// or if a thermostat balances it.
 fn is_stationary(plan: &CasePlan) -> bool {
     let heats_up = plan.case.bath().is_some() && plan.bath_state().is_none();
     (plan.case.thermostat.is_some() || plan.restitution == 1.0) && !heats_up
@@ -488,8 +493,9 @@ fn decay_table() -> Table {
     )
 }
 
-/// Products of the amplitudes of a shell at two times, and squares at the first, of one replica.
-fn regression(
+/// Sums, over the modes of a shell in one replica, the products of the amplitudes at two times, and
+/// their squares at the first time.
+fn amplitude_products(
     record: &Record,
     looks: [usize; 2],
     range: std::ops::Range<usize>,
@@ -506,8 +512,9 @@ fn regression(
     }))
 }
 
-/// Rate of growth by the sums of all replicas over a span of the clock, with its jackknife error.
-fn growth(sums: &[[f64; 2]], span: f64) -> TableEstimate {
+/// Estimates the growth rate from the sums of all replicas over a span of [`clock`], with its
+/// jackknife error.
+fn growth_rate(sums: &[[f64; 2]], span: f64) -> TableEstimate {
     let rate = |[products, squares]: [f64; 2]| (products / squares).ln() / span;
     let found = jackknife(sums, rate).filter(|found| found.value.is_finite());
     found.map_or_else(TableEstimate::default, |found| {
@@ -538,12 +545,14 @@ fn fill_decay(
     for (shell, range) in shells.ranges().enumerate() {
         let own = |record: &&Record| {
             let all = seconds.iter();
-            let all = all.map(|&second| regression(record, [second - 1, second], range.clone()));
+            let all =
+                all.map(|&second| amplitude_products(record, [second - 1, second], range.clone()));
             all.flatten().reduce(|[a, b], [c, d]| [a + c, b + d])
         };
         let sums: Vec<[f64; 2]> = records.iter().filter_map(own).collect();
-        let found = growth(&sums, span);
-        // Modes of a shell count by their spectrum halfway through the run, when the start is forgotten.
+        let found = growth_rate(&sums, span);
+        // Modes of a shell count by their spectrum halfway through the run, when the start is
+        // forgotten.
         let halfway = clock(plan, 0.5 * plan.case.run.until);
         let clocks = [halfway, halfway + span];
         let expected =
@@ -582,9 +591,9 @@ fn fill_growth(
             let looks = [second - 1, second];
             let sums = records
                 .iter()
-                .filter_map(|record| regression(record, looks, range.clone()));
+                .filter_map(|record| amplitude_products(record, looks, range.clone()));
             let sums: Vec<[f64; 2]> = sums.collect();
-            let found = growth(&sums, clocks[1] - clocks[0]);
+            let found = growth_rate(&sums, clocks[1] - clocks[0]);
             let expected = theory.map(|theory| theory.shell_rate(&magnitudes[shell], clocks));
             table.add((
                 (engine.name, times, numbers[shell]),

@@ -1,5 +1,5 @@
-//! Steady state of a gas that a bath or its own contacts heat: its temperature, averaged over quarters of the run, against
-//! Enskog's theory.
+//! Measure `steady_state`: temperature of a gas heated by a bath or by its contacts, averaged over
+//! quarters of the run, against Enskog's theory.
 
 use serde::{Deserialize, Serialize};
 use stosszahl_results::{Figure, FigureAxis, Table, VerdictText, table};
@@ -12,21 +12,21 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Steady state of a heated gas.
+/// Measure `steady_state` of the temperature of a heated gas.
 pub struct SteadyState;
 
-/// Number of equal parts of the run over which the temperature is averaged.
+/// Number of equal parts of the run, quarters, over which the temperature is averaged.
 const PARTS: usize = 4;
 
-/// Number of samples of a gas without a bath, over the whole run.
+/// Number of samples over the whole run of a gas without a bath.
 const LOOKS: usize = 400;
 
-/// True if a bath or the contacts of the gas heat it.
+/// Returns true if a bath or the contacts heat the gas.
 fn is_heated(plan: &CasePlan) -> bool {
     plan.case.bath().is_some() || plan.heats_itself()
 }
 
-/// Temperature of one replica, averaged over quarters of the run.
+/// Temperature of the gas in one replica, averaged over each quarter of the run.
 ///
 /// Between two kicks the gas cools by a few per cent, so the mean of the temperature after one and
 /// before the next is the mean over time to second order in that.
@@ -34,17 +34,17 @@ fn is_heated(plan: &CasePlan) -> bool {
 struct Record {
     start: f64,
     after: f64,
-    /// Time of the last stop \[engine time\].
+    /// Time of the last stop of the engine \[engine time\].
     last: f64,
-    /// Integral of the temperature over time in each quarter of the run; `durations` holds the time
+    /// Time integral of the temperature in each quarter of the run; `durations` holds the time
     /// covered.
     sums: [f64; PARTS],
     durations: [f64; PARTS],
 }
 
 impl Record {
-    /// Adds the interval since the last stop, at the share `share` of the run: the temperature went
-    /// to `before` in it, and is `after` from now on.
+    /// Adds the interval since the last stop, which lies at the share `share` of the run. The
+    /// temperature reached `before` at its end, and starts from `after` in the next interval.
     fn add(&mut self, share: f64, duration: f64, before: f64, after: f64) {
         let part = ((share * PARTS as f64) as usize).min(PARTS - 1);
         self.sums[part] += 0.5 * (self.after + before) * duration;
@@ -52,8 +52,8 @@ impl Record {
         self.after = after;
     }
 
-    /// Mean temperature over the temperature of the start, from part `first` of the run to before
-    /// part `end`; `None` without a sample in them.
+    /// Computes the mean temperature over that of the start, from quarter `first` of the run to
+    /// before quarter `end`; `None` without a sample there.
     fn temperature(&self, first: usize, end: usize) -> Option<f64> {
         let duration: f64 = self.durations[first..end].iter().sum();
         let sum: f64 = self.sums[first..end].iter().sum();
@@ -64,7 +64,7 @@ impl Record {
 struct SteadyProbe {
     /// End of the run \[engine time\].
     until: f64,
-    /// True if a bath kicks the gas: the temperature jumps then, and is asked for at kicks alone.
+    /// True if a bath kicks the gas. The temperature then jumps, and is sampled at kicks only.
     kicked: bool,
     record: Record,
 }
@@ -107,7 +107,8 @@ impl Measure for SteadyState {
         self.read_options(plan)
     }
 
-    /// Times at which the temperature is sampled; none in a bath, whose kicks sample it.
+    /// Returns the times at which the temperature is sampled; none with a bath, whose kicks sample
+    /// it.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         if plan.case.bath().is_some() {
             return Vec::new();

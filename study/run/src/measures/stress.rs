@@ -1,4 +1,5 @@
-//! Pressure tensor: kinetic and collisional part, pressure, normal stress difference; the equation of state of a gas.
+//! Measure `stress`: pressure tensor with kinetic and collisional part, pressure and normal stress
+//! differences, for the equation of state of a gas.
 
 use std::iter;
 
@@ -17,10 +18,10 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
 
-/// Pressure tensor of a gas in a box.
+/// Measure `stress` of the pressure tensor of a gas in a box.
 pub struct StressMeasure;
 
-/// Span of time and its blocks.
+/// Options of `[measure.stress]`: time span of the averages and its blocks.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StressOptions {
@@ -28,11 +29,11 @@ pub struct StressOptions {
     /// that are heated, 0 for others.
     #[schemars(range(min = 0.0))]
     pub from: Option<f64>,
-    /// Blocks of time from there to the end of the run, from 2 to 10000.
+    /// Number of time blocks from `from` to the end of the run, from 2 to 10000.
     #[schemars(range(min = 2, max = 10_000))]
     pub blocks: u64,
-    /// Looks at the velocities in each block. Between two looks the kinetic part follows the
-    /// collisions.
+    /// Number of samples of the velocities in each block. Between two samples the kinetic part
+    /// follows the collisions.
     #[schemars(range(min = 1, max = 10_000))]
     pub looks: u64,
 }
@@ -48,7 +49,7 @@ impl Default for StressOptions {
 }
 
 impl StressOptions {
-    /// Start of the averages, in the unit of time of the case.
+    /// Returns the start of the averages, in the unit of time of the case.
     fn start(&self, plan: &CasePlan) -> f64 {
         let heated = plan.case.bath().is_some() || plan.heats_itself() || plan.is_sheared();
         let half = if heated { 0.5 } else { 0.0 };
@@ -56,12 +57,13 @@ impl StressOptions {
     }
 }
 
-/// Integrals of the stress of one engine and replica, by time block; `None` before the start.
+/// Time integrals of the pressure tensor of one engine and replica, by time block; `None` before
+/// the start.
 type Record = Option<StressRecorder>;
 
 struct StressProbe {
-    /// Shear rate of the flow \[1/time\], 0 without one, and whether partners are a contact
-    /// distance apart in it.
+    /// Shear rate of the flow \[1/time\], 0 without one; and true if partners are a contact
+    /// distance apart in the flow.
     flow: (f64, bool),
     span: [f64; 2],
     blocks: usize,
@@ -98,16 +100,16 @@ impl Probe for StressProbe {
     keeps_record!();
 }
 
-/// One quantity of the table: a linear form in the elements of a tensor.
+/// Quantity of the stress table: a linear form in the elements of the pressure tensor.
 struct Quantity {
     name: &'static str,
     of: Element,
 }
 
-/// Linear form of a tensor in D dimensions.
+/// Linear form of the pressure tensor in D dimensions.
 type Element = fn(&nalgebra::Matrix3<f64>, usize) -> f64;
 
-/// Quantities of a gas of a dimension, in the order of the table.
+/// Returns the quantities of the stress table in a dimension, in their order.
 fn quantities(dimension: usize) -> Vec<Quantity> {
     let one = |name, of: Element| Quantity { name, of };
     let mut all = vec![
@@ -128,8 +130,9 @@ fn quantities(dimension: usize) -> Vec<Quantity> {
     all
 }
 
-/// Pressure over n T of a uniform gas that an engine should find: Enskog's for engines whose
-/// collisions carry momentum, 1 for point particles; none for gases without such a theory.
+/// Computes the theoretical pressure over n T of a uniform gas: Enskog's for engines whose
+/// collisions transfer momentum over a distance, 1 for point particles. `None` for gases without
+/// such a theory.
 ///
 /// `p/(n T) = 1 + 2^(D-1) phi chi (1 + r + a/<g_n>)/2` in D dimensions, for Maxwellian velocities
 /// with the mean normal approach speed `<g_n> = sqrt(pi T/m)` of colliding pairs and the speed a
@@ -157,11 +160,11 @@ fn pressure_theory(plan: &CasePlan, engine: &EnginePlan, temperature: f64) -> Op
     Some(1.0 + 0.5 * contact * (1.0 + coefficient + added_speed / approach))
 }
 
-/// Largest packing fraction at which the stress of collisions is left out of theory.
+/// Largest packing fraction at which theory of shear flow leaves out the collisional stress.
 const DILUTE: f64 = 0.01;
 
-/// Uniform shear flow in theory, with its rate in engine units; `None` for gases that are not
-/// dilute, of one species, smooth and of constant restitution.
+/// Returns the theory of uniform shear flow, and the shear rate in engine units. `None` unless the
+/// gas is dilute, of one species, smooth and of constant restitution.
 fn dilute_flow(plan: &CasePlan, engine: &EnginePlan) -> Option<(UniformShear, f64)> {
     let is_plain = plan.classes.len() == 1 && !plan.is_rough() && plan.law.constant().is_some();
     let is_dilute = engine
@@ -173,7 +176,7 @@ fn dilute_flow(plan: &CasePlan, engine: &EnginePlan) -> Option<(UniformShear, f6
         .then_some((flow, rate))
 }
 
-/// Element of the pressure tensor over n T in a uniform shear flow, by theory.
+/// Computes the theoretical value of a stress quantity over n T in a uniform shear flow.
 fn flow_theory(flow: &UniformShear, rate: f64, quantity: &str) -> f64 {
     let [along, across, third] = flow.normal_stresses();
     match quantity {
@@ -186,7 +189,7 @@ fn flow_theory(flow: &UniformShear, rate: f64, quantity: &str) -> f64 {
     }
 }
 
-/// Estimates a quantity over n T: its kinetic part, its collisional part, and their sum.
+/// Estimates a stress quantity over n T: its kinetic part, its collisional part, and their sum.
 fn estimates(
     records: &[&StressRecorder],
     quantity: &Quantity,
@@ -194,7 +197,7 @@ fn estimates(
 ) -> [TableEstimate; 3] {
     let picks: [fn([f64; 2]) -> f64; 3] = [|p| p[0], |p| p[1], |p| p[0] + p[1]];
     picks.map(|pick| {
-        ratio(records, |one| {
+        estimate_ratio(records, |one| {
             let parts = [one.kinetic, one.collisional];
             let above = pick(parts.map(|tensor| (quantity.of)(&tensor, dimension)));
             [above, one.thermal(dimension)]
@@ -202,9 +205,12 @@ fn estimates(
     })
 }
 
-/// Estimates a ratio of sums over replicas and time blocks; the standard error is the larger of the
-/// errors by replicas and by blocks. Blocks whose denominator is not above zero do not count.
-fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2]) -> TableEstimate {
+/// Estimates a ratio of sums over replicas and time blocks. The standard error is the larger of
+/// those by replicas and by blocks. Blocks whose denominator is not above zero do not count.
+fn estimate_ratio(
+    records: &[&StressRecorder],
+    of: impl Fn(&StressIntegrals) -> [f64; 2],
+) -> TableEstimate {
     let of_record = |record: &&StressRecorder| {
         let blocks = record.blocks().iter();
         blocks.fold(StressIntegrals::default(), |sum, block| sum.plus(block))
@@ -228,7 +234,7 @@ fn ratio(records: &[&StressRecorder], of: impl Fn(&StressIntegrals) -> [f64; 2])
     found
 }
 
-/// Returns the table of means in a uniform shear flow, over the time span of the averages.
+/// Builds the table of means in a uniform shear flow, over the time span of the averages.
 fn sheared_state(plan: &CasePlan, runs: &ReplicaRecords<'_>, rate: f64) -> Table {
     let mut table = table! {
         "sheared_state", "Temperature, viscosity and dissipation of uniform shear flow, over the span of the stress; errors over replicas and blocks of time.";
@@ -244,14 +250,14 @@ fn sheared_state(plan: &CasePlan, runs: &ReplicaRecords<'_>, rate: f64) -> Table
     for (engine, records) in runs.each::<Record>(plan) {
         let records: Vec<&StressRecorder> =
             records.into_iter().filter_map(Option::as_ref).collect();
-        let temperature = ratio(&records, |one| {
+        let temperature = estimate_ratio(&records, |one| {
             [one.thermal(dimension), one.duration * squared]
         });
-        let viscosity = ratio(&records, |one| {
+        let viscosity = estimate_ratio(&records, |one| {
             let stress = one.kinetic[(1, 0)] + one.collisional[(1, 0)];
             [-stress * rate.signum(), one.thermal(dimension)]
         });
-        let dissipation = ratio(&records, |one| {
+        let dissipation = estimate_ratio(&records, |one| {
             [one.energy_lost / rate.abs(), one.thermal(dimension)]
         });
         let theory = dilute_flow(plan, engine).map(|(flow, rate)| {
@@ -303,7 +309,8 @@ impl Measure for StressMeasure {
         require((1..=10_000).contains(&options.looks), "looks", "1 to 10000")
     }
 
-    /// Times of samples: start and end of the averages, and the middles of equal intervals between.
+    /// Returns the sample times: start and end of the averages, and the middles of equal intervals
+    /// between them.
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
         let options: StressOptions = measure::chosen(plan, self.name());
         let (from, until) = (options.start(plan), plan.case.run.until);

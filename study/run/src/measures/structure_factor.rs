@@ -1,4 +1,5 @@
-//! The structure factor of the density, S(k), of disks in a periodic box.
+//! Measure `structure_factor`: the structure factor S(k) of disks in a periodic box, by fast
+//! Fourier transform.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -14,34 +15,34 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Caption on simulators of the figures of structure.
+/// Caption of structure figures on how simulators of Monte Carlo enter them.
 pub(super) const OF_SIMULATORS: &str = "Of Monte Carlo with n simulators for each particle all simulators are shown. Each is 1/n of a particle: independent ones have \
      S(k) = 1/n. At t = 0 they are n copies of the exact start.";
 
-/// Measure of the structure factor S(k).
+/// Measure `structure_factor` of the function S(k).
 pub struct StructureFactors;
 
-/// How a particle is shared among the points of the grid.
+/// Assignment of a particle to the points of the density grid.
 #[derive(Clone, Copy, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sharing {
-    /// All of it to the nearest point.
+    /// Nearest grid point: the whole particle on the nearest point.
     NearestGridPoint,
-    /// Linearly among the four points around it.
+    /// Cloud in cell: linear shares on the four points around the particle.
     CloudInCell,
 }
 
-/// Options of the structure factor.
+/// Options of `[measure.structure_factor]`: times, grid and wave numbers.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StructureFactorOptions {
-    /// Times. Default: the start and the end of the run.
+    /// Times at which S(k) is measured. Default: the start and the end of the run.
     pub times: Option<Vec<f64>>,
-    /// How a particle is shared among the points of the grid.
+    /// Assignment of a particle to the points of the density grid.
     pub assignment: Sharing,
-    /// Divide out the shape of the assignment.
+    /// Correct S(k) for the shape of the assignment.
     pub correction: bool,
-    /// Largest mode number L/wavelength.
+    /// Largest mode number L/wavelength of S(k).
     pub largest_wave_number: u64,
 }
 
@@ -56,19 +57,20 @@ impl Default for StructureFactorOptions {
     }
 }
 
-/// Times at which structure is measured: `times`, or else the start and the end of the run.
+/// Returns the times at which structure is measured: `times`, or else the start and the end of the
+/// run.
 pub(super) fn structure_times(plan: &CasePlan, times: Option<Vec<f64>>) -> Vec<f64> {
     times.unwrap_or_else(|| vec![0.0, plan.case.run.until])
 }
 
-/// Refuses a case without positions, or with a box that is not periodic.
+/// Returns an error for a case without positions, or with a box that is not periodic.
 pub(super) fn require_periodic(plan: &CasePlan) -> Result<(), BadOption> {
     let periodic = plan.has_box() && !plan.is_bounded();
     measure::require(periodic, "", "a periodic box without walls and obstacles")
 }
 
 impl StructureFactors {
-    /// Returns the sides of the box, and the options of its lattice.
+    /// Returns the sides of the box, and the options of the density lattice.
     fn lattice(options: &StructureFactorOptions, plan: &CasePlan) -> ([f64; 2], GridOptions) {
         let [x, y, _] = plan.lengths;
         let options = GridOptions {
@@ -84,7 +86,8 @@ impl StructureFactors {
     }
 }
 
-/// Mean diameter of the particles \[engine length\]: exactly one where it is the unit of length.
+/// Returns the mean diameter of the particles \[engine length\]: exactly one if it is the unit of
+/// length.
 pub(super) fn mean_diameter(plan: &CasePlan) -> f64 {
     if plan.has_thermal_units() {
         return 1.0;
@@ -92,12 +95,12 @@ pub(super) fn mean_diameter(plan: &CasePlan) -> f64 {
     2.0 * plan.mean_radius()
 }
 
-/// Result of all particles, and of each pair of species of a mixture.
+/// Result of a structure measurement for all particles, and for each pair of species of a mixture.
 #[derive(Serialize, Deserialize)]
 pub(super) struct WithPairs<T> {
-    /// Result of all particles.
+    /// Result for all particles together.
     pub all: T,
-    /// Results by pair of species, in the order of
+    /// Result for each pair of species, in the order of
     /// [`pair_index`](stosszahl_analysis::contact_value::pair_index); empty in a gas of one
     /// species.
     pub pairs: Vec<T>,
@@ -115,15 +118,15 @@ pub(super) fn species_pairs(plan: &CasePlan) -> Vec<([u64; 2], String)> {
         .collect()
 }
 
-/// Species of each particle of a mixture, by the index of the particle.
+/// Species of each particle of a mixture, by particle index.
 pub(super) struct SpeciesOf {
-    /// Number of species; 0 in a gas of one species.
+    /// Number of species of the mixture; 0 in a gas of one species.
     count: usize,
     species: Vec<u32>,
 }
 
 impl SpeciesOf {
-    /// Collects the species of all particles of a plan.
+    /// Collects the species of all particles of a case.
     pub(super) fn new(plan: &CasePlan) -> Self {
         let mixture = plan.species.len() > 1;
         let count = if mixture { plan.species.len() } else { 0 };
@@ -135,8 +138,8 @@ impl SpeciesOf {
         }
     }
 
-    /// Returns the positions of the particles of each species, of one simulator for each particle;
-    /// empty in a gas of one species.
+    /// Returns the positions of the particles of each species, from one simulator for each
+    /// particle; empty in a gas of one species.
     pub(super) fn places(&self, moment: &SampleContext<'_>) -> Vec<Vec<Vector3<f64>>> {
         let mut places = vec![Vec::new(); self.count];
         if self.count > 0 {
@@ -148,11 +151,11 @@ impl SpeciesOf {
     }
 }
 
-/// Result at each time; `None` at a time without enough particles.
+/// Results by time; `None` at a time without enough particles.
 pub(super) type ByTime<T> = Vec<(f64, Option<T>)>;
 
-/// Fills a table with a row for each engine, time and place: `places` are the key cells, the value
-/// and the cells after the value, of what was found in one replica.
+/// Fills a table with rows for each engine and time. For the result of one replica, `places` yields
+/// the key cells, the value, and further cells of each row.
 pub(super) fn by_time<T: 'static, K: CellValues, C: CellValues>(
     mut table: Table,
     plan: &CasePlan,
@@ -183,7 +186,7 @@ pub(super) fn by_time<T: 'static, K: CellValues, C: CellValues>(
     table
 }
 
-/// Structure factor at one time, of all particles and of each pair of species.
+/// Structure factors at one time, of all particles and of each pair of species.
 type Found = WithPairs<StructureFactor>;
 
 /// Returns the structure factor of all particles at the last time of a run; `None` if it was not

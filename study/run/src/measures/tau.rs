@@ -1,7 +1,9 @@
-//! The time `tau_1` of Bodrova & Osinsky (2024), Eqs. 6 and 7, which counts collisions of a reference species.
+//! Reduced time `tau_1` of Bodrova & Osinsky (2024), Eqs. 6 and 7, which counts collisions of a
+//! reference species, by integration over samples.
 //!
-//! `d tau_1/dt = 4 n_1 d_1^2 chi sqrt(pi T_1/m_1)` is the rate at which a particle of species 1 hits its like in a Maxwellian gas.
-//! Between two samples `1/sqrt(T_1)` is taken to be linear in time, which Haff's law makes exact.
+//! `d tau_1/dt = 4 n_1 d_1^2 chi sqrt(pi T_1/m_1)` is the rate at which a particle of species 1
+//! hits its like in a Maxwellian gas. Between two samples `1/sqrt(T_1)` is taken to be linear in
+//! time, which Haff's law makes exact.
 
 use stosszahl_results::TableEstimate;
 
@@ -9,14 +11,15 @@ use super::species_record::{SpeciesRecord, SpeciesSample, against, measured};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, Predicted};
 
-/// Rate `d tau_1/dt` at temperature 1; `None` if species 1 is a tracer or has many sizes.
+/// Computes the rate `d tau_1/dt` at temperature 1; `None` if species 1 is a tracer or has many
+/// sizes.
 pub(super) fn rate(plan: &CasePlan) -> Option<f64> {
     let single = plan.classes.len() == plan.species.len() && plan.case.aggregation.is_none();
     let mixture = plan.mixture().ok().filter(|_| single)?;
     Some(mixture.like_collisions(0, 1.0)).filter(|&rate| rate > 0.0)
 }
 
-/// `tau_1` at all sample times; empty where it has no rate.
+/// Computes `tau_1` at all sample times; empty if the case has no such time.
 pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&SpeciesRecord]) -> Vec<TableEstimate> {
     let Some(rate) = rate(plan) else {
         return Vec::new();
@@ -29,13 +32,13 @@ pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&SpeciesRecord]) -> Vec
         .iter()
         .map(|record| {
             let temperatures: Vec<f64> = record.samples.iter().map(first).collect();
-            passed(rate, &times, &temperatures)
+            integrated_rate(rate, &times, &temperatures)
         })
         .collect();
     let theory = homogeneous::curves(plan).ok().map(|curves| {
         let groups = curves.at.iter().filter_map(|curve| curve.groups.first());
         let temperatures: Vec<f64> = groups.map(|group| group.temperature.value).collect();
-        passed(rate, &times, &temperatures)
+        integrated_rate(rate, &times, &temperatures)
     });
     let one = |index: usize| {
         let at: Vec<f64> = found
@@ -49,8 +52,9 @@ pub(super) fn tau_at_samples(plan: &CasePlan, records: &[&SpeciesRecord]) -> Vec
     (0..times.len()).map(one).collect()
 }
 
-/// Integrates the rate `rate sqrt(T)` from the first time to each time.
-fn passed(rate: f64, times: &[f64], temperatures: &[f64]) -> Vec<f64> {
+/// Integrates the rate `rate sqrt(T)` from the first time to each time, with 1/sqrt(T) linear
+/// between samples.
+fn integrated_rate(rate: f64, times: &[f64], temperatures: &[f64]) -> Vec<f64> {
     let slowness: Vec<f64> = temperatures.iter().map(|t| t.sqrt().recip()).collect();
     let mut sum = 0.0;
     let steps = times.windows(2).zip(slowness.windows(2));
@@ -81,23 +85,27 @@ mod tests {
     #[test]
     fn haffs_law_is_integrated_exactly() {
         let haff: Vec<f64> = times().iter().map(|t| (1.0 + t / 3.0).powi(-2)).collect();
-        let found = passed(0.5, &times(), &haff);
+        let found = integrated_rate(0.5, &times(), &haff);
         for (time, tau) in times().iter().zip(found) {
             let exact = 0.5 * 3.0 * (1.0 + time / 3.0).ln();
             // Rounding of thirty steps.
             assert!((tau - exact).abs() < 1e-13 * (1.0 + exact), "{time}: {tau}");
         }
         // Without dissipation time and collisions go together.
-        assert_eq!(passed(0.5, &[0.0, 2.0, 8.0], &[1.0; 3]), [0.0, 1.0, 4.0]);
+        assert_eq!(
+            integrated_rate(0.5, &[0.0, 2.0, 8.0], &[1.0; 3]),
+            [0.0, 1.0, 4.0]
+        );
     }
 
     #[test]
     fn a_viscoelastic_gas_is_integrated_closely() {
         let power: Vec<f64> = times().iter().map(|t| (1.0 + t).powf(-5.0 / 3.0)).collect();
-        let found = passed(1.0, &times(), &power);
+        let found = integrated_rate(1.0, &times(), &power);
         for (time, tau) in times().iter().zip(found) {
             let exact = 6.0 * ((1.0 + time).powf(1.0 / 6.0) - 1.0);
-            // The curvature of t^(5/6) over a fifth of a decade: its chord is off by (5/6)(1/6)(0.46)^2/12 = 0.25 %.
+            // The curvature of t^(5/6) over a fifth of a decade: its chord is off by
+            // (5/6)(1/6)(0.46)^2/12 = 0.25 %.
             assert!((tau - exact).abs() <= 2.5e-3 * exact, "{time}: {tau}");
         }
     }

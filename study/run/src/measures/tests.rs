@@ -40,7 +40,8 @@ pub(super) fn measure(name: &str) -> &'static dyn Measure {
     *ALL.iter().find(|one| one.name() == name).expect("known")
 }
 
-/// Disks on a lattice with random velocities (and spins), the same for all engines and different for each replica.
+/// Disks on a lattice with random velocities (and spins), the same for all engines and different
+/// for each replica.
 pub(super) fn start(plan: &CasePlan, seed: u64) -> Particles {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut number = || stream.random_range(-1.0..1.0);
@@ -116,8 +117,8 @@ fn simulation(plan: &CasePlan, engine: &EnginePlan, replica: u64) -> Box<dyn Sim
     }
 }
 
-/// Runs a measure on all engines and replicas; the log is of the last engine and replica. At the middle all records are written and
-/// read back, as after a stop.
+/// Runs a measure on all engines and replicas; the log is of the last engine and replica. At the
+/// middle all records are written and read back, as after a stop.
 pub(super) fn run(plan: &CasePlan, measure: &dyn Measure) -> (Vec<Table>, Vec<VerdictText>, Log) {
     run_from(plan, measure, 0)
 }
@@ -477,7 +478,8 @@ const PERIODIC: &str = r#"
     measure.fields = { cells = [3, 2], blocks = 4 }
 "#;
 
-/// Without walls, in units of the engine that are none of the case: particles and collisions in all images of the box.
+/// Without walls, in units of the engine that are none of the case: particles and collisions in all
+/// images of the box.
 #[test]
 fn fields_of_a_periodic_gas_are_in_the_units_of_the_case() {
     for keep in [0, 1] {
@@ -537,7 +539,8 @@ fn what_is_measured_by_default_can_be_measured() {
     }
 }
 
-/// Momentum and energy that boundaries give, with the pull of gravity, are what the gas gains; so are particles.
+/// Momentum and energy that boundaries give, with the pull of gravity, are what the gas gains; so
+/// are particles.
 fn check_balance(plan: &CasePlan, names: &[&str]) {
     let (tables, verdicts, log) = run(plan, measure("boundaries"));
     let (series, _, _) = run(plan, measure("energy"));
@@ -602,7 +605,8 @@ fn walls_and_gravity_give_what_the_gas_gains() {
             "restitution = 1",
         )
         .replace("replicas = 2", "replicas = 1")
-        // Along a periodic axis the energy of height jumps where a particle enters on the other side.
+        // Along a periodic axis the energy of height jumps where a particle enters on the other
+        // side.
         .replace("[0.1, -0.2]", "[0, -0.02]");
     for keep in [0, 1] {
         let mut plan = case(&text);
@@ -711,7 +715,8 @@ fn options_that_cannot_be_are_refused() {
     }
 }
 
-/// Energy is kept between specular walls, but not by a force along a periodic axis, which does work for ever.
+/// Energy is kept between specular walls, but not by a force along a periodic axis, which does work
+/// for ever.
 #[test]
 fn energy_is_kept_only_where_nothing_does_work() {
     let text = PERIODIC.replace("0.7", "1");
@@ -735,7 +740,8 @@ fn energy_is_kept_only_where_nothing_does_work() {
     );
 }
 
-/// Dilute points in a column: layers of theory hold all of them; the same gas pulled up is the mirror image.
+/// Dilute points in a column: layers of theory hold all of them; the same gas pulled up is the
+/// mirror image.
 #[test]
 fn a_column_of_theory_holds_all_particles() {
     let text = r#"

@@ -1,4 +1,5 @@
-//! Displacements averaged over time along the whole paths of some particles of a gas without positions.
+//! Measure `time_averaged_displacement`: squared displacements averaged over time along the
+//! trajectories of some particles, in a gas without positions.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,8 @@ use crate::measure::{
 use crate::plan::{CasePlan, EnginePlan, logarithmic};
 use crate::theory::homogeneous::{self, Theory};
 
-/// `<|R(t + lag) - R(t)|^2>`, averaged over the times of a path and over paths.
+/// Measure of `<|R(t + lag) - R(t)|^2>`, averaged over the times of a trajectory and over
+/// trajectories.
 pub struct TimeAveragedDisplacement;
 
 const NAME: &str = "time_averaged_displacement";
@@ -22,7 +24,7 @@ const NAME: &str = "time_averaged_displacement";
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 struct PathOptions {
-    /// Particles of each species whose whole paths are kept.
+    /// Number of particles of each species whose whole paths are kept.
     #[schemars(range(min = 1, max = 1_000_000))]
     particles: u64,
 }
@@ -78,7 +80,7 @@ impl Measure for TimeAveragedDisplacement {
     }
 }
 
-/// Number of paths of each species that are kept; 0 if none are measured.
+/// Returns the number of trajectories of each species that are stored; 0 without the measure.
 fn paths(plan: &CasePlan) -> usize {
     let asked = plan.case.measure.contains_key(NAME) && plan.case.aggregation.is_none();
     let options = asked
@@ -87,8 +89,8 @@ fn paths(plan: &CasePlan) -> usize {
     options.map_or(0, |options| options.particles as usize)
 }
 
-/// Lags in the unit of time of the case: as the samples, up to a tenth of the run, beyond which a
-/// path has too few independent starts.
+/// Returns the lags, in the unit of time of the case. They are spaced as the samples, up to a tenth
+/// of the run, beyond which a trajectory has too few independent starts.
 fn lags(plan: &CasePlan) -> Vec<f64> {
     let (first, last) = (plan.first_sample(), 0.1 * plan.case.run.until);
     if first >= last {
@@ -97,13 +99,14 @@ fn lags(plan: &CasePlan) -> Vec<f64> {
     logarithmic(first, last, plan.samples_per_decade()).collect()
 }
 
-/// Averages of one replica over its paths, by group and lag, and averages of their squares.
+/// Time averages in one replica, by species group and lag: mean over trajectories, and mean of the
+/// squares.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathAverages(Vec<Vec<[f64; 2]>>);
 
 impl PathAverages {
-    /// Returns the average over the paths of a group at a lag, and the average of the squares over
-    /// paths; NaN without paths.
+    /// Returns the mean over the trajectories of a species group at a lag, and the mean of the
+    /// squares; NaN without trajectories.
     fn average_at(&self, group: usize, lag: usize) -> [f64; 2] {
         let averages = self.0.get(group).and_then(|averages| averages.get(lag));
         averages.copied().unwrap_or([f64::NAN; 2])
@@ -114,13 +117,14 @@ struct PathProbe {
     grouping: Grouping,
     groups: usize,
     paths: usize,
-    /// Lags between two times of a path \[engine time\].
+    /// Lags between two times of a trajectory \[engine time\].
     lags: Vec<f64>,
     record: PathAverages,
 }
 
 impl PathProbe {
-    /// Returns the indices of the particles of each group whose paths are kept: its first ones.
+    /// Returns the indices of the particles of each species group whose trajectories are stored:
+    /// its first ones.
     fn chosen(&self, moment: &SampleContext<'_>) -> Vec<Vec<u32>> {
         let mut lists = vec![Vec::new(); self.groups];
         let mut index = 0;
@@ -155,21 +159,23 @@ impl Probe for PathProbe {
     keeps_record!();
 }
 
-/// Row of the table: one species at one lag, averaged over all replicas.
+/// Row of the table of time-averaged displacements: one species at one lag, averaged over all
+/// replicas.
 pub(super) struct PathRow {
-    /// Lag between two times of a path, in the unit of time of the case.
+    /// Lag between two times of a trajectory, in the unit of time of the case.
     pub lag: f64,
-    /// Number of the species, from 0.
+    /// Index of the species, from 0.
     pub species: usize,
+    /// Time-averaged squared displacement over the lag, with its theory \[engine length^2\].
     pub displacement: TableEstimate,
-    /// Variance of the averages of single paths over their squared mean.
+    /// Ergodicity breaking parameter: variance of the time averages of single trajectories over
+    /// their squared mean.
     pub breaking: TableEstimate,
-    /// Time-averaged displacement over the displacement of all particles in the first lag of the
-    /// run.
+    /// Time-averaged squared displacement over that of all particles in the first lag of the run.
     pub over_ensemble: TableEstimate,
 }
 
-/// Returns the rows of all species and lags; empty without records.
+/// Builds the rows of all species and lags; empty without records.
 pub(super) fn rows(plan: &CasePlan, records: &[&PathAverages]) -> Vec<PathRow> {
     if records.is_empty() {
         return Vec::new();
@@ -204,8 +210,8 @@ pub(super) fn rows(plan: &CasePlan, records: &[&PathAverages]) -> Vec<PathRow> {
     rows
 }
 
-/// Averages over time over the displacements of all particles in the same time since the start,
-/// where those are measured at it: one where diffusion does not age.
+/// Fills in the time-averaged displacements over those of all particles during an equal time from
+/// the start, if these were measured. The ratio is one if diffusion does not age.
 fn compare_with_ensemble(
     plan: &CasePlan,
     rows: &mut [PathRow],

@@ -1,4 +1,4 @@
-//! A gas that does what a formula says, and the tests of measures on it.
+//! Mock simulation whose velocities follow a formula, and tests of measures on it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,10 +15,11 @@ use stosszahl_results::{Table, TableCell};
 use crate::measure::{CompletedRun, Measure, ReplicaRecords, RunStop, SampleContext};
 use crate::plan::CasePlan;
 
-/// Velocity of a particle at a time, from that of the start.
+/// Velocity of a particle at a time, as a function of its initial velocity and the time.
 type Law = Arc<dyn Fn(Vector3<f64>, f64) -> Vector3<f64> + Send + Sync>;
 
-/// Particles that stand still while their velocities follow a law; displacements are those of the velocities of the start.
+/// Mock simulation: particles at rest in space whose velocities follow a formula. Displacements are
+/// those of the initial velocities.
 #[derive(Clone)]
 struct ScriptedSimulation {
     start: Particles,
@@ -105,14 +106,15 @@ impl Simulation for ScriptedSimulation {
     }
 }
 
-/// The plan of a case with a title and a seed.
+/// Plans a case from text, with a title and a seed added.
 fn plan(text: &str) -> CasePlan {
     let text = format!("format = 2\ntitle = \"toy\"\n{text}");
     let case = toml::from_str(&text).expect("a case");
     CasePlan::new(&case, Path::new(".")).expect("a plan")
 }
 
-/// Disks at restitution 0.9 in a box, exact and by Monte Carlo.
+/// Plans a case of disks at restitution 0.9 in a box, with exact dynamics, Monte Carlo and a
+/// measure.
 fn disks(measure: &str) -> CasePlan {
     plan(&format!(
         "[gas]\nnumber = 60\nrestitution = 0.9\n[box]\npacking_fraction = 0.1\n[engine.ed]\n[engine.dsmc-boltzmann]\n\
@@ -120,7 +122,7 @@ fn disks(measure: &str) -> CasePlan {
     ))
 }
 
-/// A gas at random places, with speeds of order one.
+/// Creates a mock simulation at random places, with speeds of order one.
 fn gas(plan: &CasePlan, seed: u64, law: Law) -> ScriptedSimulation {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut all = Vec::new();
@@ -156,7 +158,8 @@ fn gas(plan: &CasePlan, seed: u64, law: Law) -> ScriptedSimulation {
     }
 }
 
-/// Takes a measure through the runs of all engines, by replica; halfway each probe is saved and loaded into a new one.
+/// Runs a measure on the mock simulations of all engines and replicas, and returns its tables.
+/// Halfway each probe is saved and loaded into a new one.
 fn tables(
     plan: &CasePlan,
     measure: &dyn Measure,
@@ -219,7 +222,7 @@ fn tables(
     (tables, finished)
 }
 
-/// Numbers of a column; not a number where a cell is empty.
+/// Returns the numbers of a column; NaN for empty cells.
 fn column(table: &Table, name: &str) -> Vec<f64> {
     let at = table.find_column(name).expect("a column");
     let number = |row: &Vec<TableCell>| match row[at] {
@@ -237,7 +240,8 @@ fn close(found: f64, expected: f64, tolerance: f64) {
     );
 }
 
-/// Speeds that fall as 1/(1 + t): K/K(0) = (1 + t)^-2 in both engines. Rounding: some ten operations.
+/// Tests the energy table on speeds that fall as 1/(1 + t): K/K(0) = (1 + t)^-2 in both engines.
+/// Rounding: some ten operations.
 #[test]
 fn energies_and_their_comparison() {
     let plan = disks("energy");
@@ -267,7 +271,8 @@ fn energies_and_their_comparison() {
     close(theory[3], plan.haff_ratio(4.0).expect("a law"), 0.0);
 }
 
-/// Turning velocities: C(t) = cos(w t); displacements: v^2 t^2.
+/// Tests velocity correlations and displacements on turning velocities: C(t) = cos(w t) and v^2
+/// t^2.
 #[test]
 fn correlations_and_displacements_of_known_motion() {
     let mut plan = disks("velocity_autocorrelation");
@@ -305,7 +310,8 @@ fn correlations_and_displacements_of_known_motion() {
     }
 }
 
-/// S(k) of the longest waves against direct sums, which the grid meets to (1/15)^4; g(r) against all pairs, exactly.
+/// Tests S(k) of the longest waves against direct sums, which the grid meets to (1/15)^4, and g(r)
+/// against all pairs, exactly.
 #[test]
 fn structure_against_plain_sums() {
     let plan = disks("structure_factor");
@@ -343,7 +349,7 @@ fn structure_against_plain_sums() {
     close(counted, pairs, 1e-9);
 }
 
-/// Known impact parameters in known windows, in the plane and in space.
+/// Tests known impact parameters in known windows, in the plane and in space.
 #[test]
 fn impact_parameters_are_counted_in_windows() {
     for dimension in [2, 3] {
@@ -391,7 +397,7 @@ fn impact_parameters_are_counted_in_windows() {
     }
 }
 
-/// Temperatures of two species by a plain sum, and a snapshot that reads back.
+/// Tests temperatures of two species against a plain sum, and that a snapshot reads back.
 #[test]
 fn species_and_snapshots() {
     let mut plan = plan(
@@ -452,7 +458,8 @@ fn species_and_snapshots() {
     assert_eq!(fields[8], toy.start.all[0].mass * plan.scale.mass);
 }
 
-/// Frames are at times at which the run is sampled anyway, the first and the last among them.
+/// Tests that frames are at times at which the run is sampled anyway, the first and the last among
+/// them.
 #[test]
 fn frames_are_at_times_of_samples() {
     let mut plan = plan(
@@ -485,7 +492,7 @@ fn frames_are_at_times_of_samples() {
     assert!((1..=24).contains(&frames[1].len()) && frames[1].share == 4.0);
 }
 
-/// Options that cannot be are refused by their key.
+/// Tests that invalid options are refused with their key.
 #[test]
 fn bad_options_are_named() {
     let bad = |measure: &dyn Measure, table: &str| {
@@ -506,7 +513,7 @@ fn bad_options_are_named() {
     assert_eq!(bad(&super::steady_state::SteadyState, ""), "");
 }
 
-/// Each measure has a name of its own, a schema and says what it is about.
+/// Tests that each measure has a unique name, a schema and a description.
 #[test]
 fn measures_are_described() {
     let mut names: Vec<&str> = super::ALL.iter().map(|one| one.name()).collect();

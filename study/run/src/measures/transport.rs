@@ -1,4 +1,5 @@
-//! Transport coefficients of elastic disks by the moments of Einstein and Helfand, against Enskog's theory.
+//! Measure `transport`: transport coefficients of elastic disks by Einstein-Helfand moments and
+//! Green-Kubo integrals, against Enskog's theory.
 
 use serde::Deserialize;
 use stosszahl_analysis::helfand::{Correlations, Helfand, HelfandMoments};
@@ -13,22 +14,22 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the transport coefficients of elastic disks.
+/// Measure `transport` of the transport coefficients of elastic disks.
 pub struct TransportMeasure;
 
-/// Default largest lag \[mean free times\].
+/// Default of the largest lag \[mean free times\].
 const LAG: f64 = 20.0;
-/// Largest lag as a share of the run.
+/// Largest allowed lag, as a share of the run.
 const LARGEST_SHARE: f64 = 0.25;
 
-/// Over which lags.
+/// Options of `[measure.transport]`: lags.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TransportOptions {
     /// Largest lag; coefficients are slopes from half of it on. Default: 20 mean free times, at
     /// most a quarter of the run.
     pub lag: Option<f64>,
-    /// Lags up to the largest, an even number.
+    /// Number of lags up to the largest, an even number.
     pub points: u64,
 }
 
@@ -42,7 +43,7 @@ impl Default for TransportOptions {
 }
 
 impl TransportOptions {
-    /// Largest lag of a case, in the unit of time of the case.
+    /// Returns the largest lag of a case, in the unit of time of the case.
     fn lag(&self, plan: &CasePlan) -> f64 {
         let longest = LARGEST_SHARE * plan.case.run.until;
         let usual = LAG * plan.mean_free_time / plan.time;
@@ -50,11 +51,11 @@ impl TransportOptions {
     }
 }
 
-/// Moments of one event-driven engine and replica; `None` for other engines.
+/// Helfand moments of one event-driven engine and replica; `None` for other engines.
 type Record = Option<Helfand>;
 
-/// Transport coefficient, or a part of one: its column, the columns of its ratio to Enskog's value
-/// by moments and by correlations, its moment, its correlation, and Enskog's value.
+/// Transport coefficient, or one part of it: column names, Helfand moment, correlation, and
+/// Enskog's value.
 struct Coefficient {
     name: &'static str,
     over: Option<[&'static str; 2]>,
@@ -68,7 +69,7 @@ const KINETIC: &str = "What moving disks carry of it";
 const CROSS: &str = "What the correlation of kinetic and collisional transfer adds to it";
 const COLLISIONAL: &str = "What collisions carry of it over the distance of two centres";
 
-/// Lines of a list of coefficients.
+/// Creates a list of transport coefficients from one line for each.
 macro_rules! coefficients {
     ($($name:literal $over:expr, $meaning:expr, $moment:expr, $correlation:expr, $theory:expr;)*) => {
         &[$(Coefficient {
@@ -99,21 +100,22 @@ const COEFFICIENTS: &[Coefficient] = coefficients! {
     "heat_conductivity_collisional" None, COLLISIONAL, |m| m.heat[2], None, |e| e.heat_conductivity().collisional;
 };
 
-/// Returns the transport coefficients, without their kinetic and collisional parts.
-fn whole() -> impl Iterator<Item = &'static Coefficient> {
+/// Returns the whole transport coefficients, without their kinetic and collisional parts.
+fn whole_coefficients() -> impl Iterator<Item = &'static Coefficient> {
     COEFFICIENTS.iter().filter(|one| one.over.is_some())
 }
 
 impl Coefficient {
-    /// Slope of the coefficient's moment against the lag, from half of the largest lag on.
+    /// Computes the slope of the coefficient's moment against the lag, from half of the largest lag
+    /// on.
     fn slope(&self, moments: &[HelfandMoments], points: usize) -> Option<f64> {
         let (half, all) = (moments.get(points / 2 - 1)?, moments.get(points - 1)?);
         let rise = (self.moment)(all) - (self.moment)(half);
         Some(rise / (all.lag - half.lag))
     }
 
-    /// Integrals of the coefficient's correlation up to each lag, by the trapezoidal rule; empty
-    /// for a coefficient without a correlation.
+    /// Computes the Green-Kubo integrals of the coefficient's correlation up to each lag, by the
+    /// trapezoidal rule; empty for a coefficient without a correlation.
     fn integrals(&self, correlations: &[Correlations]) -> Vec<f64> {
         let Some(of) = self.correlation else {
             return Vec::new();
@@ -131,8 +133,8 @@ impl Coefficient {
         integrals.collect()
     }
 
-    /// Returns the mean of the Green-Kubo integrals from half of the largest lag on, which equals
-    /// the slope of the moment.
+    /// Estimates the coefficient as the mean of its Green-Kubo integrals from half of the largest
+    /// lag on.
     fn green_kubo(&self, all: &[Vec<Correlations>]) -> TableEstimate {
         mean_over_replicas(all.iter().map(|correlations| {
             let integrals = self.integrals(correlations);
@@ -141,7 +143,8 @@ impl Coefficient {
         }))
     }
 
-    /// Estimates the coefficient from the moments of all replicas, with its standard error.
+    /// Estimates the transport coefficient from the moments of all replicas, with its standard
+    /// error.
     fn estimate(&self, all: &[Vec<HelfandMoments>], points: usize) -> TableEstimate {
         mean_over_replicas(all.iter().map(|moments| self.slope(moments, points)))
     }
@@ -276,7 +279,7 @@ impl Measure for TransportMeasure {
                 cells.extend(integral.map(|found| found.times(1.0 / theory)));
             }
             coefficients.add((engine.name, cells, all.len()));
-            for one in whole() {
+            for one in whole_coefficients() {
                 let theory = (one.theory)(&enskog);
                 let integrals: Vec<_> = fluxes.iter().map(|own| one.integrals(own)).collect();
                 for point in 0..points {
@@ -313,7 +316,7 @@ impl Measure for TransportMeasure {
             .iter()
             .filter(|engine| engine.is_exact())
             .count()
-            * whole().count()
+            * whole_coefficients().count()
     }
 
     fn result_verdicts(
@@ -330,7 +333,7 @@ impl Measure for TransportMeasure {
             .filter(|(engine, _)| engine.is_exact())
         {
             let all = moments(&records);
-            for one in whole() {
+            for one in whole_coefficients() {
                 let found = one.estimate(&all, points);
                 let found = found.times(1.0 / (one.theory)(&enskog));
                 let rule = runs.rule(plan);
@@ -341,7 +344,7 @@ impl Measure for TransportMeasure {
     }
 }
 
-/// Returns the moments of every replica.
+/// Computes the Helfand moments of every replica.
 fn moments(records: &[&Record]) -> Vec<Vec<HelfandMoments>> {
     by_replica(records, Helfand::moments)
 }
@@ -351,7 +354,7 @@ fn by_replica<T>(records: &[&Record], of: fn(&Helfand) -> Vec<T>) -> Vec<Vec<T>>
     all.map(Option::unwrap_or_default).collect()
 }
 
-/// Returns the verdict on the ratio of a coefficient to Enskog's value.
+/// Decides the verdict on the ratio of a transport coefficient to Enskog's value.
 fn against_enskog(
     name: &str,
     engine: &str,

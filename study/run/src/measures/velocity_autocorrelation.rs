@@ -1,7 +1,9 @@
-//! The velocity autocorrelation C(t) = <v(0) . v(t)>/<v(0)^2>: how long particles remember their velocity.
+//! Measure `velocity_autocorrelation`: the function `C(t) = <v(0) . v(t)>/<v(0)^2>`, which shows
+//! how long particles remember their velocity.
 //!
-//! Time runs from a chosen moment of the run. Particles are known by their index, so an engine must keep it: event-driven
-//! dynamics, and Monte Carlo gases in which no simulators come, go, split or merge.
+//! Time runs from a chosen moment of the run. Particles are known by their index, so an engine must
+//! keep it: event-driven dynamics, and Monte Carlo gases in which no simulators come, go, split or
+//! merge.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -11,22 +13,22 @@ use super::{grid, mean_over_replicas, require_kept};
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the velocity autocorrelation C(t).
+/// Measure `velocity_autocorrelation` of the function C(t).
 pub struct VelocityAutocorrelation;
 
-/// Options: begin of the measurement.
+/// Options of `[measure.velocity_autocorrelation]`: begin of the measurement.
 #[derive(Clone, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AutocorrelationOptions {
-    /// The time to which velocities are compared.
+    /// Time of the velocities with which later ones are correlated.
     pub from: f64,
 }
 
 #[derive(Default, Serialize, Deserialize)]
 struct Record {
-    /// Velocities of the particles at the start of the measurement.
+    /// Velocities of the particles at the start of the measurement, in the order of particles.
     first: Vec<[f64; 3]>,
-    /// Autocorrelation C(t), by the time t since the start of the measurement.
+    /// Autocorrelation C(t), with the time t since the start of the measurement.
     correlations: Vec<(f64, f64)>,
 }
 

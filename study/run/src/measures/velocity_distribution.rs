@@ -1,4 +1,5 @@
-//! The distribution of velocities over the thermal speed, with its tails and cumulants.
+//! Measure `velocity_distribution`: histograms of velocities over the thermal speed, with tails and
+//! cumulants.
 
 use serde::Deserialize;
 use stosszahl_analysis::velocities::{Bins, VelocityHistogram, VelocityQuantity};
@@ -10,29 +11,30 @@ use super::structure_factor::structure_times;
 use crate::measure::{self, BadOption, Measure, Probe, ReplicaRecords, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 
-/// Measure of the velocity distribution over the thermal speed, with its cumulants.
+/// Measure `velocity_distribution` over the thermal speed, with cumulants.
 pub struct VelocityDistributionMeasure;
 
-/// Counted quantity.
+/// Quantity whose distribution is measured: components or speed.
 #[derive(Clone, Copy, Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Counted {
-    /// Each component, of either sign.
+    /// Velocity components, with their sign.
     #[default]
     Component,
-    /// The speed.
+    /// Speed: the magnitude of the velocity.
     Speed,
 }
 
-/// When, and in which bins.
+/// Options of `[measure.velocity_distribution]`: times and bins.
 #[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct VelocityDistributionOptions {
-    /// Times. Default: the start and the end of the run.
+    /// Times at which velocity distributions are measured. Default: the start and the end of the
+    /// run.
     pub times: Option<Vec<f64>>,
-    /// Counted quantity.
+    /// Quantity whose distribution is measured: components or speed.
     pub quantity: Counted,
-    /// Number of bins.
+    /// Number of bins of the histogram.
     pub bins: u64,
     /// Largest magnitude over the thermal speed sqrt(2 T/m).
     pub range: f64,
@@ -63,12 +65,12 @@ impl VelocityDistributionOptions {
     }
 }
 
-/// Velocity histograms of one replica, by time, then by species; `None` for particles that do not
-/// move.
+/// Velocity histograms of one replica, by time, then by species; `None` for species at rest.
 type Record = Vec<(f64, Vec<Option<VelocityHistogram>>)>;
 
-/// Fourth cumulant by first Sonine order of one species with a constant restitution that starts as a Maxwellian and cools freely, or
-/// is driven and steady; none where no theory applies.
+/// Computes the theoretical fourth cumulant in first Sonine order: for one species with constant
+/// restitution that cools freely from a Maxwellian, or is driven and steady. `None` if no theory
+/// applies.
 fn theory(plan: &CasePlan, time: f64) -> Option<f64> {
     let (dimension, r) = (plan.dimension, plan.law.constant()?);
     let alone = if plan.has_box() {

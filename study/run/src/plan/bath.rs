@@ -1,4 +1,4 @@
-//! Thermal bath of a case: its engine parameters, its steady state in theory, and remarks on it.
+//! Thermal bath in the plan of a case: engine parameters, steady state in theory, and warnings.
 
 use stosszahl_analysis::theory::BathState;
 use stosszahl_case::format::ThermostatKind;
@@ -8,19 +8,19 @@ use crate::words::short;
 
 use super::data::{CasePlan, PlanError};
 
-/// Smallest length of a run in relaxation times with which its last half has forgotten the start:
-/// of 20 relaxation times, half leave e^-10 of it.
+/// Smallest length of a run, in relaxation times of its bath, at which the last half has forgotten
+/// the start. Of 20 relaxation times, half leave e^-10 of it.
 const LEAST_RELAXATIONS: f64 = 20.0;
-/// Largest share of the temperature that a kick of white noise may add: the mean temperature then
-/// differs from that of the continuous bath by `share^2/32 < 4e-4`, from the saw tooth of the
-/// temperature.
+/// Largest share of the temperature that a kick of white noise may add without a warning. The mean
+/// temperature then differs from that of the continuous bath by `share^2/32 < 4e-4`.
 const LARGEST_KICK: f64 = 0.1;
-/// Default interval of a Langevin bath, times the sum of collision rate and drag. The error of the
-/// splitting goes with its square: some 3e-4 of the temperature at restitution 0.8.
+/// Default interval of kicks in a Langevin bath, times the sum of collision rate and drag. The
+/// splitting error goes with its square: some 3e-4 of the temperature at restitution 0.8.
 const KICKED_PART: f64 = 0.2;
-/// Largest interval of a Langevin bath without a remark, times the sum of collision rate and drag.
+/// Largest interval of kicks in a Langevin bath without a warning, times the sum of collision rate
+/// and drag.
 const LARGEST_PART: f64 = 0.5;
-/// Smallest default number of kicks in a run.
+/// Smallest default number of kicks of a Langevin bath in a run.
 const LEAST_KICKS: f64 = 10.0;
 
 impl CasePlan {
@@ -43,7 +43,7 @@ impl CasePlan {
         bath.map(|bath| Some((bath, interval))).map_err(failed)
     }
 
-    /// Checks the bath, and notes the interval of kicks if the case leaves it open.
+    /// Checks the bath, and adds a note on the interval of kicks if the program chooses it.
     pub(super) fn check_bath(&mut self) -> Result<(), PlanError> {
         let Some((_, interval)) = self.bath()? else {
             return Ok(());
@@ -58,31 +58,34 @@ impl CasePlan {
         Ok(())
     }
 
-    /// Drag of a Langevin bath \[1/engine time\]; 0 without one.
+    /// Returns the drag coefficient of a Langevin bath \[1/engine time\]; 0 for other gases.
     fn drag(&self) -> f64 {
         let drag = self.case.bath().and_then(|one| one.drag);
         drag.unwrap_or(0.0) / self.time
     }
 
-    /// Temperature of a Langevin bath \[energy\]: by default the temperature of the start.
+    /// Returns the temperature of a Langevin bath \[energy\], by default that of the start.
     fn bath_temperature(&self) -> f64 {
         let given = self.case.bath().and_then(|one| one.bath_temperature);
         given.map_or(self.temperature, |given| given / self.scale.energy)
     }
 
-    /// Energy that white noise gives to each particle \[energy/engine time\]; 0 without it.
+    /// Returns the energy that white noise adds to each particle \[energy/engine time\]; 0 for
+    /// other gases.
     fn heating(&self) -> f64 {
         let heating = self.case.bath().and_then(|one| one.heating);
         heating.unwrap_or(0.0) * self.temperature / self.time
     }
 
-    /// Collision rate in the steady state of the bath plus drag, about \[1/engine time\].
+    /// Estimates the rate at which velocities change in a bath: collision rate in the steady state
+    /// plus drag \[1/engine time\].
     fn rate_of_change(&self) -> f64 {
         let hotter = self.steady_guess().unwrap_or(1.0).max(1.0);
         hotter.sqrt() / self.mean_free_time + self.drag()
     }
 
-    /// Time between two kicks of a bath, in the unit of time of the case.
+    /// Returns the time between two kicks of a bath, in the unit of time of the case; `None`
+    /// without a bath.
     pub fn kick_interval(&self) -> Option<f64> {
         let bath = self.case.bath()?;
         Some(bath.interval.unwrap_or_else(|| {
@@ -91,9 +94,9 @@ impl CasePlan {
         }))
     }
 
-    /// Returns the steady state of the gas in its bath, in engine units, as if it were uniform and
-    /// of equal smooth particles, by first Sonine order; `None` without a bath, and where a gas
-    /// heats up for ever.
+    /// Computes the steady state of the gas in its bath by theory in first Sonine order, in engine
+    /// units, as if it were uniform and of equal smooth particles. `None` without a bath, and if
+    /// the gas heats up for ever.
     pub fn bath_state(&self) -> Option<BathState> {
         self.case.bath()?;
         let drag = self.drag();
@@ -103,14 +106,14 @@ impl CasePlan {
         BathState::new(self.dimension, self.restitution, cooling, drag, gain)
     }
 
-    /// Rough temperature of the steady state in a bath over that of the start, for particles of
-    /// several sizes and viscoelastic ones too.
+    /// Estimates the steady temperature in a bath over that of the start, also for particles of
+    /// several sizes and viscoelastic ones.
     pub fn steady_guess(&self) -> Option<f64> {
         Some(self.bath_state()?.temperature / self.temperature)
     }
 
-    /// Kinematic viscosity of disks in the steady state of their bath \[engine length^2/engine
-    /// time\], by Enskog's theory.
+    /// Computes the kinematic viscosity of disks in the steady state of their bath \[engine
+    /// length^2/engine time\], by Enskog's theory.
     pub fn bath_viscosity(&self) -> Option<f64> {
         let state = self.bath_state()?;
         let (phi, speed) = (self.packing_fraction, state.temperature.sqrt());
@@ -120,12 +123,12 @@ impl CasePlan {
         Some(viscosity * speed / transport::number_density(phi))
     }
 
-    /// Relaxation time of the temperature in a bath, in the unit of time of the case.
+    /// Returns the relaxation time of the temperature in a bath, in the unit of time of the case.
     pub fn relaxation_time(&self) -> Option<f64> {
         Some(self.bath_state()?.relaxation_time() / self.time)
     }
 
-    /// Number of kicks in the run.
+    /// Returns the number of kicks of the bath in the run; `None` without a bath.
     pub(super) fn kicks(&self) -> Option<f64> {
         Some(
             (self.case.run.until / self.kick_interval()? - 0.5)
@@ -134,8 +137,8 @@ impl CasePlan {
         )
     }
 
-    /// Number of collisions per particle up to a time in the steady state of a bath; without one,
-    /// while the gas heats up.
+    /// Estimates the number of collisions per particle up to a time in a bath: in the steady state
+    /// or, if there is none, while the gas heats up.
     pub(super) fn collisions_in_bath(&self, time: f64) -> f64 {
         let rate = self.time / self.mean_free_time;
         if let Some(temperature) = self.steady_guess() {

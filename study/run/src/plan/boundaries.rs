@@ -1,4 +1,4 @@
-//! Walls, obstacles, streams and weights of a case, in the form of the engines.
+//! Walls, obstacles, inflows and simulator weights of a case, converted to the form of the engines.
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_case::Case;
@@ -13,8 +13,8 @@ use stosszahl_model::{Face, Rebound, Space, Wall, Walls};
 
 use super::data::{CasePlan, EnginePlan, PlanError, in_space};
 
-/// Branch of the random streams for diffuse walls of exact dynamics, as engines of one replica draw
-/// different numbers.
+/// Branch of the random streams for diffuse walls in exact dynamics, so that engines of one replica
+/// draw different numbers.
 const ED: u64 = 1;
 
 /// Converts a list of components to a vector; the third is zero in the plane.
@@ -23,7 +23,7 @@ pub(super) fn vector(list: &[f64]) -> Vector3<f64> {
 }
 
 impl CasePlan {
-    /// Returns the faces of the box.
+    /// Converts the faces of the box of the case.
     ///
     /// # Errors
     /// [`PlanError`] names the face.
@@ -56,7 +56,7 @@ impl CasePlan {
             .map_err(|error| PlanError::new("walls", error, "walls as docs describe them"))
     }
 
-    /// Returns the obstacles inside the box.
+    /// Converts the obstacles of the case that lie inside the box.
     ///
     /// # Errors
     /// [`PlanError`] names the obstacle.
@@ -71,7 +71,7 @@ impl CasePlan {
         Ok(all)
     }
 
-    /// Returns the faces of the box and the obstacles inside, for Monte Carlo.
+    /// Converts the faces of the box and the obstacles, for Monte Carlo.
     ///
     /// # Errors
     /// As [`Self::walls`], [`Self::obstacles`].
@@ -88,8 +88,8 @@ impl CasePlan {
         })
     }
 
-    /// Returns the faces of the box and the obstacles inside, for exact dynamics of a replica with
-    /// these random streams.
+    /// Converts the faces of the box and the obstacles, for exact dynamics of a replica with the
+    /// given random streams.
     ///
     /// # Errors
     /// As [`Self::walls`], [`Self::obstacles`].
@@ -104,7 +104,7 @@ impl CasePlan {
         })
     }
 
-    /// Returns the inflows: one for each species and face.
+    /// Converts the inflows of the case: one for each species and face.
     fn inflows<S: Space>(&self) -> Result<Vec<Inflow<S>>, PlanError> {
         let case = &self.case;
         let mut list = Vec::new();
@@ -139,7 +139,7 @@ impl CasePlan {
         Ok(list)
     }
 
-    /// Index of the first particle of a species in the order of the state.
+    /// Returns the index of the first particle of a species, in the order of the state.
     fn first_of(&self, species: usize) -> usize {
         match &self.species_numbers {
             Some(numbers) => {
@@ -150,20 +150,21 @@ impl CasePlan {
         }
     }
 
-    /// Returns true if particles of the start must not overlap, as exact dynamics requires.
+    /// Returns true if particles of the start must not overlap each other, as exact dynamics
+    /// requires.
     pub(crate) fn keeps_apart(&self) -> bool {
         self.is_disk_fluid() || self.engine("ed").is_some() || self.equilibration() > 0.0
     }
 
-    /// Returns true if a particle that starts anywhere in the box might overlap a wall or an
-    /// obstacle of an engine.
+    /// Returns true if the start must keep particles clear of walls and obstacles, because an
+    /// engine requires it.
     pub fn keeps_clear(&self) -> bool {
         let clear = |engine: &EnginePlan| engine.clearance == WallClearance::Radius;
         self.is_bounded() && self.engines.iter().any(clear)
     }
 }
 
-/// Returns the obstacles of a case, also those beyond its box.
+/// Converts all obstacles of a case, also those beyond its box.
 ///
 /// # Errors
 /// [`PlanError`] names the obstacle.
@@ -180,7 +181,7 @@ pub(super) fn obstacles(case: &Case) -> Result<Vec<Obstacle>, PlanError> {
     case.obstacle.iter().enumerate().map(one).collect()
 }
 
-/// Creates the error of an obstacle by its index.
+/// Creates the error of an invalid obstacle, with its index.
 fn no_obstacle(index: usize, error: ObstacleError) -> PlanError {
     let key = format!("obstacle.{}", index + 1);
     PlanError::new(key, error, "an obstacle with a surface, inside the box")
@@ -208,7 +209,7 @@ pub(super) fn check_boundaries(plan: &CasePlan) -> Result<(), PlanError> {
     in_space!(plan.dimension, S => plan.walls::<S>().map(drop))
 }
 
-/// Returns the weights of simulators by region.
+/// Converts the weights of simulators by region; `key` is their table for messages.
 pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<SimulatorWeights, PlanError> {
     let Some(written) = written else {
         return Ok(SimulatorWeights::uniform());
@@ -223,7 +224,7 @@ pub(super) fn weights(key: &str, written: Option<&Regions>) -> Result<SimulatorW
     })
 }
 
-/// Returns the law by which particles rebound from a surface.
+/// Converts restitution, slip and temperature of a surface to its wall law.
 fn rebound(restitution: Option<f64>, slip: Option<f64>, temperature: Option<f64>) -> Rebound {
     match temperature {
         Some(temperature) => Rebound::Diffuse { temperature },

@@ -1,4 +1,5 @@
-//! Faces of the box and obstacles in it, which particles of a start must not overlap.
+//! Confinement of the start: faces of the box and obstacles, which initial particles must not
+//! overlap.
 
 use stosszahl_case::format::FACES;
 use stosszahl_model::walls::Obstacle;
@@ -6,13 +7,13 @@ use stosszahl_model::{Domain, Space, Walls};
 
 use super::data::{CasePlan, PlanError};
 
-/// Largest depth over the diameter that counts as touching, by rounding.
+/// Largest overlap, over the diameter, that counts as touching, because of rounding.
 const TOUCHES: f64 = 1e-9;
 
-/// Faces of the box and obstacles in it.
+/// Confinement of particles: box, faces and obstacles.
 #[derive(Clone, Debug)]
 pub(crate) struct Confinement<S: Space> {
-    /// Box of the gas.
+    /// Box of the gas, with its sides.
     pub(crate) domain: Domain<S>,
     /// Faces of the box.
     pub(crate) walls: Walls<S>,
@@ -21,7 +22,7 @@ pub(crate) struct Confinement<S: Space> {
 }
 
 impl<S: Space> Confinement<S> {
-    /// Creates the confinement of a plan, in engine units.
+    /// Creates the confinement of a case from its plan, in engine units.
     ///
     /// # Errors
     /// [`PlanError`] names the invalid face, body or box.
@@ -37,15 +38,15 @@ impl<S: Space> Confinement<S> {
         })
     }
 
-    /// Lowest displacement of a wall at time 0 above the face of the box \[length\]; 0 without a
-    /// wall.
+    /// Returns the displacement of a vibrating wall at time 0 from its face into the box
+    /// \[length\]; 0 without a wall.
     pub(crate) fn wall(&self, axis: usize, side: usize) -> f64 {
         let wall = self.walls.wall(axis, side);
         wall.map_or(0.0, |wall| wall.displacement(0.0))
     }
 
-    /// Returns the greatest depth \[length\] of a particle of a radius in a body, with the index of
-    /// the body.
+    /// Returns the greatest overlap of a particle with an obstacle \[length\], and the index of the
+    /// obstacle.
     pub(crate) fn body_at(&self, place: S::Vector, radius: f64) -> Option<(usize, f64)> {
         let steps = |axis: usize| {
             if self.domain.is_periodic(axis) {
@@ -77,8 +78,8 @@ impl<S: Space> Confinement<S> {
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Returns the wall or body that a particle of a radius overlaps, by the key of the case, and
-    /// the depth \[length\].
+    /// Returns the wall or obstacle that a particle overlaps, by its key in the case, and the
+    /// overlap \[length\].
     pub(crate) fn blocks(&self, place: S::Vector, radius: f64) -> Option<(String, f64)> {
         let deep = |depth: f64| depth > 2.0 * TOUCHES * radius;
         for (axis, names) in FACES.iter().enumerate().take(S::DIMENSION) {

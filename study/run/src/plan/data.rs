@@ -1,4 +1,4 @@
-//! Plan of a case: input of engines, measurements and theory.
+//! Resolved plan of a case: input of engines, measurements and theory.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -17,110 +17,111 @@ use stosszahl_model::{Failure, Grouping, Law, MessageUnits, ParticleSpec, SizeDi
 
 use crate::theory::homogeneous::TheoryCurves;
 
-/// Case with all quantities that follow from it.
+/// Resolved plan: a case with all quantities that follow from it.
 #[derive(Clone, Debug)]
 pub struct CasePlan {
-    /// Case, with the values set by the point of a sweep and by the command line.
+    /// Case with the values that a sweep point and the command line set.
     pub case: Case,
-    /// Dimension: 2 or 3.
+    /// Dimension of space: 2 or 3.
     pub dimension: usize,
-    /// Species in the order of their particles; one in a gas of equal particles. Particles that
-    /// each have their own size are one species in a box, and groups of like size without one.
+    /// Species in the order of their particles; one in a gas of equal particles. Particles of
+    /// individual sizes are one species in a box, and several size groups without one.
     pub species: Vec<SpeciesPlan>,
-    /// Number of the species of each particle, if particles are not in the order of the species.
+    /// Index of the species of each particle, if particles are not sorted by species.
     pub species_numbers: Option<Arc<[u32]>>,
-    /// Number of kinds of particle in all species together, if each particle is a kind of its own.
+    /// Number of particle kinds of the engines in all species together, if each particle is a kind
+    /// (radius, mass) of its own.
     pub kinds_in_groups: Option<usize>,
-    /// Classes of particles for theory: the species, or several classes of like size for each, one
-    /// species after the other.
+    /// Size groups of particles for theory: the species, or several groups of like size for each,
+    /// one species after the other.
     pub classes: Vec<SizeGroup>,
-    /// Theory of a gas without positions, computed on first use.
+    /// Theory of a gas without positions at the sample times, computed on first use.
     pub theory: OnceLock<Result<TheoryCurves, TheoryError>>,
-    /// Cached value of [`CasePlan::steady_state`].
+    /// Cached steady state of a self-heating gas, from [`CasePlan::steady_state`].
     pub(super) steady_state: OnceLock<Option<Moment>>,
-    /// Cached value of [`CasePlan::partial_temperatures`].
+    /// Cached temperatures of the species, from [`CasePlan::partial_temperatures`].
     pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
-    /// Temperatures of a homogeneous rough gas at the sample times, at Enskog's rate and at
-    /// that of a dilute gas.
+    /// Cached temperatures of a homogeneous rough gas at the sample times: at
+    /// Enskog's collision rate, and at that of a dilute gas.
     pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
-    /// Particles, contact laws and field, for the engines.
+    /// Particle properties in the form of the engines: sizes, contact laws and external field.
     pub grains: ParticleSpec,
-    /// Law of restitution of colliding pairs.
+    /// Law of normal restitution of colliding pairs.
     pub law: Law,
     /// Coefficient of restitution: the constant one, or that at the mean approach speed of the
     /// start.
     pub restitution: f64,
-    /// Sides of the box \[length\]; zero without one and beyond the dimension.
+    /// Sides of the box \[length\]; zero without a box and beyond the dimension.
     pub lengths: [f64; 3],
-    /// Volume of the gas, with or without a box: where centres of particles can be next to
-    /// obstacles \[length^D\]. Number densities refer to it.
+    /// Volume of the gas \[length^D\] to which number densities refer. In a box with obstacles, it
+    /// is the volume in which centres of particles can be.
     pub volume: f64,
-    /// Units of length, mass and energy.
+    /// Sizes of the engine units of length, mass and energy.
     pub scale: UnitScale,
-    /// Unit of time of the case \[engine time\]. Engine time over this is the time of case files
-    /// and tables.
+    /// Unit of time of the case \[engine time\]. Times in case files and tables are engine times
+    /// divided by it.
     pub time: f64,
     /// Name of the unit of time of the case.
     pub time_unit: TimeUnit,
     /// Engines, in the order in which they are run and compared.
     pub engines: Vec<EnginePlan>,
-    /// Packing fraction: covered share of the volume that is not under obstacles; tracers cover
-    /// nothing.
+    /// Packing fraction: share of the volume not under obstacles that particles cover; tracers
+    /// cover nothing.
     pub packing_fraction: f64,
-    /// Contact value of Enskog's theory at the packing fraction of the plan.
+    /// Contact value chi of Enskog's theory at the packing fraction of the plan.
     pub contact_value: f64,
-    /// Haff's cooling time of the start [engine time]; infinite in an elastic gas.
+    /// Haff's cooling time of the start \[engine time\]; infinite in an elastic gas.
     pub haff_time: f64,
-    /// Mean free time of the start [engine time].
+    /// Mean free time of the start \[engine time\].
     pub mean_free_time: f64,
-    /// Temperature of the start \[energy\]; 1 in thermal units.
+    /// Granular temperature of the start \[energy\]; 1 in thermal units.
     pub temperature: f64,
-    /// Distribution of the velocities of the start, if they are drawn.
+    /// Distribution of the initial velocities, if they are drawn at random.
     pub velocities: VelocityDistribution,
     /// Start file, if there is one: positions in the box and velocities in engine units, in a
     /// periodic box without drift. Velocities without positions are in the order of species.
     pub file: Option<StartFile>,
-    /// Folder of the case file, for the start file.
+    /// Folder of the case file, to which the path of the start file is relative.
     pub folder: PathBuf,
-    /// Warnings for the user: limits that bind, resolutions that are coarse.
+    /// Warnings for the user, such as coarse resolutions and limits that apply.
     pub warnings: Vec<String>,
-    /// Choices of the program, with their reasons.
+    /// Choices of the program for the case, with their reasons.
     pub choices: Vec<String>,
 }
 
-/// Particles of one species in the units of the engines.
+/// Species of the plan: its particles in the units of the engines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeciesPlan {
-    /// Name in tables: as written in the case, or the number of the species from 1.
+    /// Name of the species in tables: as given in the case, or its number from 1.
     pub name: String,
-    /// Number of particles.
+    /// Number of particles of the species.
     pub count: usize,
-    /// Radius \[length\]; the mean where particles differ.
+    /// Radius of the particles \[length\]; the mean if they differ.
     pub radius: f64,
-    /// Mass; the mean where particles differ.
+    /// Mass of the particles \[mass\]; the mean if they differ.
     pub mass: f64,
-    /// Temperature at the start \[energy\].
+    /// Granular temperature of the species at the start \[energy\].
     pub temperature: f64,
     /// True if the species is in the tracer limit.
     pub tracer: bool,
 }
 
-/// Particles of like size, for theory.
+/// Group of particles of like size and mass, for theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SizeGroup {
-    /// Number of particles.
+    /// Number of particles of the group.
     pub count: usize,
-    /// Mass of a particle; the mean where they differ.
+    /// Mass of a particle \[mass\]; the mean if they differ.
     pub mass: f64,
-    /// Diameter of a particle \[length\]; the mean where they differ.
+    /// Diameter of a particle \[length\]; the mean if they differ.
     pub diameter: f64,
-    /// Temperature at the start \[energy\].
+    /// Granular temperature of the group at the start \[energy\].
     pub temperature: f64,
-    /// Number density \[1/length^D\]; 0 for tracers.
+    /// Number density of the group \[1/length^D\]; 0 for tracers.
     pub density: f64,
 }
 
-/// Sizes of the engine units, in the units of the case.
+/// Sizes of the engine units in units of the case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnitScale {
     /// Engine unit of length in units of the case.
@@ -132,43 +133,43 @@ pub struct UnitScale {
 }
 
 impl UnitScale {
-    /// Scale of engines that use the units of the case.
+    /// Scale 1 of engines that compute in the units of the case.
     pub const CASE: Self = Self {
         length: 1.0,
         mass: 1.0,
         energy: 1.0,
     };
 
-    /// Engine unit of speed in units of the case.
+    /// Returns the engine unit of speed in units of the case.
     pub fn speed(self) -> f64 {
         (self.energy / self.mass).sqrt()
     }
 
-    /// Engine unit of time in units of the case.
+    /// Returns the engine unit of time in units of the case.
     pub fn time(self) -> f64 {
         self.length / self.speed()
     }
 }
 
-/// One engine of a case.
+/// Plan of one engine of a case: name, kind and parameters.
 #[derive(Clone, Debug)]
 pub struct EnginePlan {
     /// Name of the engine: `ed`, `dsmc-contact-point`, `dsmc-homogeneous` and so on.
     pub name: &'static str,
     /// Kind of the engine, with its parameters.
     pub kind: EngineKind,
-    /// Part of a particle that touches walls and obstacles: its centre or its surface.
+    /// Contact of particles with walls and obstacles: with their centre, or with their surface.
     pub clearance: WallClearance,
-    /// Weights of simulators by region.
+    /// Weights of simulators by region of the box.
     pub weights: SimulatorWeights,
 }
 
 /// Kind of an engine, with its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum EngineKind {
-    /// Exact event-driven dynamics.
+    /// Exact event-driven dynamics of disks.
     EventDriven {
-        /// Contact time of the TC model \[engine time\]; 0 is off.
+        /// Contact time of the TC model \[engine time\]; 0 without it.
         contact_time: f64,
         /// Largest number of collisions of the run; `None` without a limit.
         collision_limit: Option<u64>,
@@ -176,9 +177,9 @@ pub enum EngineKind {
         /// `None` without a limit.
         collision_rate_limit: Option<f64>,
     },
-    /// Monte Carlo in cells.
+    /// Monte Carlo in cells, with its parameters.
     MonteCarlo(stosszahl_dsmc::Parameters),
-    /// Monte Carlo without positions.
+    /// Monte Carlo without positions, with its selection of pairs.
     Homogeneous(SelectionSpec),
 }
 
@@ -188,7 +189,7 @@ impl EnginePlan {
         matches!(self.kind, EngineKind::EventDriven { .. })
     }
 
-    /// Returns the numerical choices of Monte Carlo in cells.
+    /// Returns the parameters of Monte Carlo in cells; `None` for other engines.
     pub fn parameters(&self) -> Option<&stosszahl_dsmc::Parameters> {
         match &self.kind {
             EngineKind::MonteCarlo(parameters) => Some(parameters),
@@ -196,7 +197,7 @@ impl EnginePlan {
         }
     }
 
-    /// Number of simulators per particle; 1 in exact dynamics.
+    /// Returns the number of simulators per particle; 1 in exact dynamics.
     pub fn copies(&self) -> usize {
         self.parameters()
             .map_or(1, |parameters| parameters.simulators_per_particle as usize)
@@ -204,27 +205,28 @@ impl EnginePlan {
 }
 
 impl CasePlan {
-    /// Number of particles.
+    /// Returns the number of particles of the gas.
     pub fn count(&self) -> usize {
         self.species.iter().map(|species| species.count).sum()
     }
 
-    /// Converts a time of the case to engine time \[engine time\].
+    /// Converts a time of the case to engine time.
     pub fn engine_time(&self, time: f64) -> f64 {
         time * self.time
     }
 
-    /// Unit of time of the case in units of its lengths, masses and energies.
+    /// Returns the unit of time of the case, in units of its lengths, masses and energies.
     pub fn time_in_case(&self) -> f64 {
         self.time * self.scale.time()
     }
 
-    /// Haff's cooling time of the start \[engine time\]; `None` for a gas that does not cool.
+    /// Returns Haff's cooling time of the start \[engine time\]; `None` for a gas that does not
+    /// cool.
     pub fn cooling_time(&self) -> Option<f64> {
         Some(self.haff_time).filter(|time| time.is_finite())
     }
 
-    /// Returns the units of the numbers in errors of engines.
+    /// Returns the units in which error messages of engines give numbers.
     pub fn message_units(&self) -> MessageUnits {
         MessageUnits {
             length: self.scale.length,
@@ -233,7 +235,7 @@ impl CasePlan {
         }
     }
 
-    /// Converts the failure of an engine to the units of the case.
+    /// Converts the numbers in the failure of an engine to the units of the case.
     pub fn told(&self, failure: Failure) -> Failure {
         let units = self.message_units();
         if let Some(error) = failure.downcast_ref::<stosszahl_ed::EventDrivenError>() {
@@ -259,12 +261,13 @@ impl CasePlan {
         self.case.has_box()
     }
 
-    /// Returns true if all places are alike: no walls, openings, obstacles or gravity.
+    /// Returns true if the gas is homogeneous by its setup: no walls, openings, obstacles or
+    /// gravity.
     pub fn is_uniform(&self) -> bool {
         self.case.is_uniform()
     }
 
-    /// Returns true for a gas in a box in which all places are alike.
+    /// Returns true for a gas in a periodic box without obstacles or gravity.
     pub fn is_uniform_box(&self) -> bool {
         self.case.is_uniform_box()
     }
@@ -286,8 +289,8 @@ impl CasePlan {
         self.grains.shear_rate.is_some()
     }
 
-    /// Returns the species of a particle by its index; simulators are numbered on, set after set of
-    /// the gas.
+    /// Returns the species of a particle by its index. Indices of simulators continue from one set
+    /// of the gas to the next.
     pub fn species_of(&self, index: usize) -> usize {
         let mut place = index % self.count().max(1);
         if let Some(numbers) = &self.species_numbers {
@@ -302,12 +305,12 @@ impl CasePlan {
         0
     }
 
-    /// Returns the names of two species, for tables.
+    /// Returns the names of a pair of species, for tables.
     pub fn pair_name(&self, pair: [usize; 2]) -> String {
         pair.map(|one| self.species[one].name.as_str()).join(", ")
     }
 
-    /// Returns true for each of the first two axes along which the box is periodic.
+    /// Returns, for each of the first two axes, whether the box is periodic along it.
     pub fn periodic(&self) -> [bool; 2] {
         [0, 1].map(|axis| self.is_periodic_along(axis))
     }
@@ -317,19 +320,19 @@ impl CasePlan {
         *self.case.walls.face_at(axis, 0) == FaceSpec::default()
     }
 
-    /// Returns the map from the species numbers of an engine to the species of the plan.
+    /// Returns the map from the particle kinds of an engine to the species of the plan.
     pub fn grouping(&self) -> Grouping {
         Grouping::new(self.species.len(), self.kinds_in_groups)
     }
 
-    /// Returns the species of all kinds of an engine.
+    /// Returns the species of each particle kind of an engine.
     pub fn groups(&self) -> Vec<u32> {
         let kinds = self.kinds_in_groups.unwrap_or(self.species.len());
         let group = |kind| self.grouping().group(kind as u32) as u32;
         (0..kinds).map(group).collect()
     }
 
-    /// Returns the temperature at the start of each kind of an engine \[energy\].
+    /// Returns the initial temperature of each particle kind of an engine \[energy\].
     pub fn kind_temperatures(&self) -> Vec<f64> {
         let groups = self.groups().into_iter();
         groups
@@ -337,7 +340,7 @@ impl CasePlan {
             .collect()
     }
 
-    /// Returns radius and mass of each particle.
+    /// Returns radius and mass of each particle, by particle index.
     pub fn radii_and_masses(&self) -> Vec<(f64, f64)> {
         match &self.grains.sizes {
             SizeDistribution::Equal(one) => vec![(one.radius, one.mass); self.count()],
@@ -348,50 +351,51 @@ impl CasePlan {
         }
     }
 
-    /// Returns true if all contacts of particles conserve their energy.
+    /// Returns true if all contacts of particles conserve energy.
     pub fn is_elastic(&self) -> bool {
         let rough = self.grains.rough;
         self.law.is_elastic()
             && rough.is_none_or(|rough| rough.tangential_restitution().abs() == 1.0)
     }
 
-    /// Gravity along the axes that end at walls or openings, where a gas has a height.
+    /// Returns gravity along the axes that end at walls or openings, along which a gas has a
+    /// height.
     pub fn gravity(&self) -> Vector3<f64> {
         let all = self.grains.gravity.unwrap_or_default();
         let ends = |axis: usize| *self.case.walls.face_at(axis, 0) != FaceSpec::default();
         Vector3::from_fn(|axis, _| if ends(axis) { all[axis] } else { 0.0 })
     }
 
-    /// Returns true if particles spin.
+    /// Returns true if the particles are rough and spin.
     pub fn is_rough(&self) -> bool {
         self.grains.rough.is_some()
     }
 
-    /// Returns true if there are walls, openings or obstacles in the box.
+    /// Returns true if the box has walls, openings or obstacles.
     pub fn is_bounded(&self) -> bool {
         self.grains.is_bounded
     }
 
-    /// Returns the engine of a name, with its index.
+    /// Returns the plan of the engine with this name, and its index.
     pub fn engine(&self, name: &str) -> Option<(usize, &EnginePlan)> {
         let mut engines = self.engines.iter().enumerate();
         engines.find(|(_, engine)| engine.name == name)
     }
 }
 
-/// Quantity that follows from a case.
+/// Quantity derived from a case, such as the mean free path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DerivedQuantity {
-    /// Name of the quantity.
+    /// Name of the derived quantity.
     pub name: String,
-    /// Value in the units of the case.
+    /// Value of the derived quantity, in the units of the case.
     pub value: f64,
-    /// Unit of the value.
+    /// Unit of the value; `1` for pure numbers.
     pub unit: Cow<'static, str>,
 }
 
 impl DerivedQuantity {
-    /// Creates a quantity.
+    /// Creates a derived quantity from name, value and unit.
     pub fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
         Self {
             name: name.into(),
@@ -401,20 +405,20 @@ impl DerivedQuantity {
     }
 }
 
-/// Error of a case that is invalid as a whole.
+/// Error of a case whose keys are invalid together, found while it is planned.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{key}: {}allowed: {allowed}", if found.is_empty() { String::new() } else { format!("{found}; ") })]
 pub struct PlanError {
     /// Dotted key of the invalid value.
     pub key: String,
-    /// Value found; empty where the value as written says it all.
+    /// Value found; empty if the value as written in the case suffices.
     pub found: String,
-    /// Allowed values.
+    /// Description of the allowed values.
     pub allowed: String,
 }
 
 impl PlanError {
-    /// Creates the error.
+    /// Creates the error of a key: value found, and allowed values.
     pub fn new(key: impl Into<String>, found: impl Display, allowed: impl Into<String>) -> Self {
         let found = found.to_string();
         let found = found.parse().map_or(found, stosszahl_model::format_short);
@@ -425,7 +429,8 @@ impl PlanError {
         }
     }
 
-    /// Error with the message of an engine or the analysis, `FOUND; allowed: RULE`; a message without the second part is the rule.
+    /// Creates the error of a key from the message of an engine or the analysis, `FOUND; allowed:
+    /// RULE`. A message without the second part is taken as the rule.
     pub fn of_message(key: impl Into<String>, message: &str) -> Self {
         let parts = ["; allowed: ", "; allowed are ", "; allowed is "];
         let parts = parts.iter().find_map(|part| message.split_once(part));
@@ -433,7 +438,7 @@ impl PlanError {
         Self::new(key, found, allowed)
     }
 
-    /// Refuses a key unless a condition holds.
+    /// Returns the error of a key unless the condition `good` holds.
     ///
     /// # Errors
     /// [`PlanError`] if it does not.
@@ -448,8 +453,8 @@ impl PlanError {
     }
 }
 
-/// Evaluates an expression in the space of a dimension: `in_space!(dimension, S =>
-/// S::ball(radius))`.
+/// Evaluates an expression with the space type of a dimension known at run time:
+/// `in_space!(dimension, S => S::ball(radius))`.
 macro_rules! in_space {
     ($dimension:expr, $space:ident => $value:expr) => {
         if $dimension == 2 {

@@ -1,4 +1,4 @@
-//! Derivation of a plan from its case.
+//! Derivation of the resolved plan from a case: units, sizes, densities, times and checks.
 
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -27,7 +27,7 @@ use super::theory::{dilute_path, rates};
 use crate::words::short;
 
 impl CasePlan {
-    /// Derives the plan of a case; `folder` holds the case file.
+    /// Derives the resolved plan of a case; `folder` holds the case file.
     ///
     /// The case is one that [`CaseFile`](stosszahl_case::CaseFile) has read: its checks of keys and
     /// their relations are not repeated.
@@ -38,26 +38,26 @@ impl CasePlan {
         Self::derive_within(case, folder, available_memory())
     }
 
-    /// Derives the plan of a case where `free` bytes of memory are free for the data of each
-    /// particle \[bytes\]; without a limit for `None`.
+    /// Derives the resolved plan of a case, with a limit `free` on the memory for data of each
+    /// particle \[bytes\]; `None` for no limit.
     ///
     /// # Errors
     /// As [`CasePlan::new`].
     pub fn derive_within(case: &Case, folder: &Path, free: Option<f64>) -> Result<Self, PlanError> {
-        let numbered = numbered(case)?;
+        let numbered = with_number(case)?;
         let case = &*numbered;
         let temperature = temperature(case)?;
         let mut gas = if !case.has_box() {
-            homogeneous(case, temperature)?
+            resolve_homogeneous(case, temperature)?
         } else if case.start.placement == PlacementSpec::File {
             start_file::gas(case, folder, temperature)?
         } else if case.start.velocities == VelocitiesSpec::FILE {
             let dealt = start_file::dealt(case, folder)?;
-            let placed = boxed(case, dealt.particles, dealt.temperature, free)?;
+            let placed = resolve_boxed(case, dealt.particles, dealt.temperature, free)?;
             placed.with_velocities(dealt.file, dealt.changes)
         } else {
             let particles = species::particles(case, temperature)?;
-            boxed(case, particles, temperature, free)?
+            resolve_boxed(case, particles, temperature, free)?
         };
         // In units of the engines.
         let temperature = gas.temperature / gas.scale.energy;
@@ -108,7 +108,7 @@ impl CasePlan {
             haff_time: f64::INFINITY,
             mean_free_time: f64::INFINITY,
             temperature,
-            velocities: distribution(case)?,
+            velocities: velocity_distribution(case)?,
             file: gas.file,
             folder: folder.to_owned(),
             warnings: Vec::new(),
@@ -131,7 +131,8 @@ impl CasePlan {
         Ok(plan)
     }
 
-    /// Refuses a fall so fast that thermal motion is below the rounding of its energy.
+    /// Checks that a free fall is not so fast that thermal motion is below the rounding of its
+    /// energy.
     fn check_gravity(&self) -> Result<(), PlanError> {
         const STRONGEST: f64 = 1e12;
         let gravity = self.gravity();
@@ -148,7 +149,7 @@ impl CasePlan {
         Err(PlanError::new("gravity.acceleration", found, allowed))
     }
 
-    /// Finds Haff's time, the mean free time, and the unit of time.
+    /// Computes Haff's time, the mean free time, and the unit of time of the case.
     fn find_times(&mut self) -> Result<(), PlanError> {
         let mixed =
             self.classes.len() > 1 || self.dimension == 3 || matches!(self.law, Law::Pairs(_));
@@ -212,7 +213,7 @@ impl CasePlan {
         PlanError::require(good, "run.time_unit", self.time, allowed)
     }
 
-    /// Refuses starts that cannot be equilibrated.
+    /// Checks that the start can be equilibrated as the case asks.
     fn check_start(&self) -> Result<(), PlanError> {
         let (asked, key) = (self.equilibration(), "start.equilibration");
         let good = (0.0..=1e9).contains(&asked) && self.longest_equilibration() >= asked;
@@ -224,8 +225,8 @@ impl CasePlan {
         PlanError::require(asked <= 0.0 || possible, key, asked, allowed)
     }
 
-    /// Largest packing fraction of the particles: of a close packing of equal ones, or 1 if sizes
-    /// differ.
+    /// Returns the largest packing fraction of the particles: that of close packing for equal ones,
+    /// or 1 if sizes differ.
     pub fn closest_packing(&self) -> f64 {
         match (self.classes.len(), self.dimension) {
             (1, 2) => kinetic::CLOSE_PACKING,
@@ -234,7 +235,7 @@ impl CasePlan {
         }
     }
 
-    /// Refuses packings that hard particles cannot have.
+    /// Checks that hard particles can have the packing fraction of the case.
     fn check_density(&self) -> Result<(), PlanError> {
         let hard = self
             .engines
@@ -267,8 +268,8 @@ impl CasePlan {
 }
 
 impl ResolvedGas {
-    /// Returns the gas with the velocities of a start file, in the order of species, and the
-    /// sentences on changes by the plan.
+    /// Returns the gas with the velocities of a start file, in the order of species, and notes on
+    /// how the plan changed them.
     fn with_velocities(self, file: StartFile, changes: Vec<String>) -> Self {
         Self {
             file: Some(start_file::scaled(file, self.scale)),
@@ -278,8 +279,8 @@ impl ResolvedGas {
     }
 }
 
-/// Returns the velocity distribution of the start; the Maxwellian where a file has the velocities.
-fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
+/// Returns the distribution of the initial velocities; a Maxwellian if a file gives the velocities.
+fn velocity_distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
     let VelocitiesSpec::Drawn(drawn) = case.start.velocities else {
         return Ok(VelocityDistribution::MAXWELLIAN);
     };
@@ -287,15 +288,15 @@ fn distribution(case: &Case) -> Result<VelocityDistribution, PlanError> {
         .map_err(|error| PlanError::new("start.velocities.a2", error.found, error.allowed))
 }
 
-/// Contact value of equal disks. A start beyond close packing is possible only for particles of
-/// several sizes.
+/// Computes the contact value of equal disks, with the packing fraction limited to close packing,
+/// which particles of several sizes can exceed.
 fn contact_value(packing: f64) -> f64 {
     kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING))
 }
 
-/// Returns the case; if its box is given in critical lengths, with the number of disks that
-/// follows.
-fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
+/// Returns the case with its number of disks; if the box is given in critical lengths, the number
+/// follows from it.
+fn with_number(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let domain = case.domain.as_ref();
     let given =
         domain.and_then(|one| Some((one.width_over_critical_length?, one.packing_fraction?)));
@@ -318,8 +319,8 @@ fn numbered(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     Ok(Cow::Owned(case))
 }
 
-/// Temperature of the start in the units of the case \[energy\]; 1 where a start file gives the
-/// temperature.
+/// Returns the initial temperature in the units of the case \[energy\]; 1 if a start file
+/// determines it.
 fn temperature(case: &Case) -> Result<f64, PlanError> {
     if case.start.velocities == VelocitiesSpec::FILE {
         return Ok(1.0);
@@ -345,8 +346,8 @@ fn rough(case: &Case) -> Result<Option<Rough>, PlanError> {
         .map_err(|error| PlanError::new("gas.tangential_restitution", error.found, error.allowed))
 }
 
-/// Creates a gas without positions.
-fn homogeneous(case: &Case, temperature: f64) -> Result<ResolvedGas, PlanError> {
+/// Resolves a gas without positions: species, units and densities.
+fn resolve_homogeneous(case: &Case, temperature: f64) -> Result<ResolvedGas, PlanError> {
     let allowed = "a volume above 0 in a gas without [box]";
     let volume = case.gas.simulated_volume();
     let volume = volume.ok_or_else(|| PlanError::new("gas.volume", "none", allowed))?;
@@ -384,8 +385,8 @@ fn listed(particles: SizedParticles) -> Result<Species, PlanError> {
         .map_err(|error| PlanError::of_message("species", &error.to_string()))
 }
 
-/// Creates a gas in a box, placed by the program.
-fn boxed(
+/// Resolves a gas in a box whose particles the program places: species, units, sides and densities.
+fn resolve_boxed(
     case: &Case,
     mut particles: SizedParticles,
     temperature: f64,
@@ -411,7 +412,7 @@ fn boxed(
         2 => particles.covered(|count, radius| count * PI * radius * radius),
         _ => balls(&particles),
     };
-    let (lengths, given) = sides(case, covered, scale.length)?;
+    let (lengths, given) = box_sides(case, covered, scale.length)?;
     if let Some(path) = case.gas.mean_free_path {
         let mean_radius = particles.mean(|kind| kind.radius);
         let found = |factor: f64| {
@@ -443,7 +444,7 @@ fn boxed(
             mass: particles.kinds[0].mass,
         })
     } else {
-        SizeDistribution::Each(each(&particles, free)?)
+        SizeDistribution::Each(list_particles(&particles, free)?)
     };
     Ok(ResolvedGas {
         species,
@@ -462,8 +463,8 @@ fn boxed(
     })
 }
 
-/// Refuses gases that cannot be placed, before anything is written. An engine unit of length is
-/// `unit` of the case.
+/// Checks, before anything is written, that the particles can be placed. An engine unit of length
+/// is `unit` of the case.
 fn check_placement(
     case: &Case,
     particles: &SizedParticles,
@@ -522,12 +523,15 @@ fn check_placement(
     }
 }
 
-/// Memory of radius, mass and species of each particle, while they are listed and then shared
-/// \[bytes\].
+/// Memory of radius, mass and species of each particle while they are listed \[bytes\].
 const LISTED: f64 = (size_of::<(f64, f64)>() + 2 * size_of::<u32>()) as f64;
 
-/// Lists radius, mass and species of each particle, if the list fits into the free memory.
-fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, PlanError> {
+/// Lists radius, mass and species of each particle, if the list fits into the available memory
+/// `free` \[bytes\].
+fn list_particles(
+    particles: &SizedParticles,
+    free: Option<f64>,
+) -> Result<Polydisperse, PlanError> {
     let refused = |error: stosszahl_model::InvalidValue| {
         let found = format!(
             "{} {}",
@@ -557,8 +561,9 @@ fn each(particles: &SizedParticles, free: Option<f64>) -> Result<Polydisperse, P
         .map_err(refused)
 }
 
-/// Returns the sides of the box in engine units, and the packing fraction if the case gives it.
-fn sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>), PlanError> {
+/// Computes the sides of the box in engine units, and returns the packing fraction if the case
+/// gives it.
+fn box_sides(case: &Case, covered: f64, unit: f64) -> Result<([f64; 3], Option<f64>), PlanError> {
     let dimension = case.gas.dimension as usize;
     let written = case.domain.as_ref();
     let size = written.and_then(|domain| domain.size.as_ref());
@@ -617,7 +622,7 @@ mod tests {
         let file = format().from_text(Path::new("case.toml"), &text, &[]);
         let file = file.expect("a case");
         let particles = species::particles(&file.points[0].case, 1.0).expect("particles");
-        let refused = each(&particles, Some(1e9)).expect_err("too many");
+        let refused = list_particles(&particles, Some(1e9)).expect_err("too many");
         assert_eq!(refused.key, "species");
         assert!(refused.found.contains("2000000000"), "{}", refused.found);
         assert!(refused.allowed.contains("memory"), "{}", refused.allowed);

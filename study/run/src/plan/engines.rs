@@ -1,4 +1,4 @@
-//! The engines of a case, with every numerical choice made.
+//! Plans of the engines of a case, with every numerical parameter chosen.
 
 use stosszahl_case::Case;
 use stosszahl_case::format::{
@@ -14,10 +14,10 @@ use stosszahl_model::{Space, transport};
 use super::boundaries;
 use super::data::{CasePlan, EngineKind, EnginePlan, PlanError, in_space};
 
-/// Default limit of the collision rate per particle, over the largest rate to expect in the case.
+/// Default limit of the collision rate per particle, over the largest rate expected in the case.
 const NATURAL_RATES: f64 = 1e4;
 
-/// Plans all engines of a case, in the order of the case.
+/// Plans all engines of a case, in the order of tables.
 pub(super) fn all_engines(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanError> {
     let written = plan.case.engine.clone();
     let mut list = Vec::new();
@@ -58,24 +58,26 @@ pub(super) fn all_engines(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanEr
     Ok(list)
 }
 
-/// Default number of simulators in a cell of a flow.
+/// Default number of simulators per cell of a flow.
 const TEN: f64 = 10.0;
-/// Largest default number of simulators in all: some 100 MB.
+/// Largest default number of simulators in total: some 100 MB.
 const MOST_SIMULATORS: f64 = 1_048_576.0;
 
-/// Returns the scheme of an engine in cells by the name of the engine; `None` for other engines.
+/// Returns the scheme of a Monte Carlo engine in cells by the engine's name; `None` for other
+/// engines.
 fn scheme_of(engine: &str) -> Option<Scheme> {
     Scheme::named(engine.strip_prefix("dsmc-")?)
 }
 
-/// Simulators in a cell with which the rate of a scheme within cells is off by less than a per
-/// cent: its error is a third over that number.
+/// Number of simulators per cell at which the collision rate of a within-cell scheme is off by less
+/// than 1 %. The relative error is a third over that number.
 const ENOUGH_IN_A_CELL: f64 = 50.0;
-/// Simulators for each particle with which the rate of ESMC is off by less than a per cent: its
-/// error is 0.3 over that number.
+/// Number of simulators per particle at which the collision rate of ESMC is off by less than 1 %.
+/// The relative error is 0.3 over that number.
 const ENOUGH_FOR_ESMC: f64 = 64.0;
 
-/// Plans a Monte Carlo engine from the settings of the case and the defaults of its scheme.
+/// Plans a Monte Carlo engine in cells from the settings of the case and the defaults of its
+/// scheme.
 fn monte_carlo<S: Space>(
     plan: &mut CasePlan,
     name: &'static str,
@@ -127,7 +129,8 @@ fn monte_carlo<S: Space>(
     parameters.copies = match written.simulator_start {
         Some(WrittenCopies::Independent) => SimulatorStart::Independent,
         Some(WrittenCopies::Coherent) => SimulatorStart::Coherent,
-        // A gas that shear modes destabilise needs their seeds; in any other the copies are better independent.
+        // A gas that shear modes destabilise needs their seeds; in any other the copies are better
+        // independent.
         None if chaotic && plan.has_unstable_modes() => SimulatorStart::Coherent,
         None => parameters.copies,
     };
@@ -146,8 +149,8 @@ fn monte_carlo<S: Space>(
     })
 }
 
-/// Returns the part of a particle on which walls and obstacles act in an engine in cells: centre or
-/// surface.
+/// Returns whether walls and obstacles act on the centre or on the surface of particles, in a Monte
+/// Carlo engine in cells.
 fn clearance(written: &MonteCarloSpec, scheme: Scheme) -> WallClearance {
     match written.wall_contact {
         Some(WallsActOn::Centre) => WallClearance::Centre,
@@ -156,8 +159,8 @@ fn clearance(written: &MonteCarloSpec, scheme: Scheme) -> WallClearance {
     }
 }
 
-/// Returns the largest clearance of the engines of a case: the surface of a particle if any engine
-/// keeps surfaces out of walls and obstacles, else the centre.
+/// Returns the largest wall clearance of the engines of a case: the surface of particles if any
+/// engine keeps surfaces out of walls and obstacles, else the centre.
 pub(super) fn widest_clearance(case: &Case) -> WallClearance {
     let by_radius = |format: &SchemeFormat| {
         let engine = (format.table)(&case.engine)
@@ -173,7 +176,7 @@ pub(super) fn widest_clearance(case: &Case) -> WallClearance {
 }
 
 impl CasePlan {
-    /// Mean radius of the particles \[length\].
+    /// Returns the mean radius of the particles \[length\].
     pub fn mean_radius(&self) -> f64 {
         if let [one] = &self.species[..] {
             return one.radius;
@@ -184,8 +187,7 @@ impl CasePlan {
         sum / self.count() as f64
     }
 
-    /// Returns true if the box is wider than the shortest wave of shear that grows while the gas
-    /// cools.
+    /// Returns true if the box is wider than the critical length of shear waves in a cooling gas.
     pub fn has_unstable_modes(&self) -> bool {
         let widest = self.lengths[0].max(self.lengths[1]);
         self.is_disk_fluid()
@@ -194,19 +196,20 @@ impl CasePlan {
             && widest > self.critical_length()
     }
 
-    /// Length of the shortest wave of shear that grows while the gas cools \[length\].
+    /// Computes the critical length of shear waves: the shortest that grow while the gas cools
+    /// \[length\].
     pub fn critical_length(&self) -> f64 {
         transport::critical_length(self.packing_fraction, self.contact_value, self.restitution)
     }
 
     /// Returns true if the sets of simulators of an engine are copies of one start, moved and
-    /// turned at random, as in a smooth uniform gas. In other gases each set is placed anew, as a
-    /// start next to walls or in a region cannot be moved, and the spins of a set are drawn.
+    /// turned at random, as in a smooth uniform gas. In other gases each set is placed anew.
     pub fn starts_from_copies(&self) -> bool {
         self.is_uniform_box() && !self.is_rough() && self.case.start.region.is_none()
     }
 
-    /// Mean free path of the uniform flow at the collision rate of a scheme in cells.
+    /// Computes the mean free path of the uniform flow at the collision rate of a Monte Carlo
+    /// scheme \[length\].
     pub fn flow_path(&self, scheme: Scheme) -> f64 {
         let densest = if self.dimension == 2 { 0.6 } else { 0.5 };
         let packing = self.packing_fraction.min(densest);
@@ -218,8 +221,8 @@ impl CasePlan {
         self.dilute_mean_free_path() / chi
     }
 
-    /// Side of a cell that resolves the mean free path of the uniform flow: half of it, and no less
-    /// than two diameters for dense schemes.
+    /// Returns the cell side that resolves the mean free path of the uniform flow \[length\]: half
+    /// of it, and at least two diameters for dense schemes.
     fn resolving_cell(&self, scheme: Scheme) -> f64 {
         let half = 0.5 * self.flow_path(scheme);
         if scheme.is_dilute() {
@@ -230,8 +233,8 @@ impl CasePlan {
         }
     }
 
-    /// Simulators for each particle of a flow with which a cell of a side holds ten of them, of at
-    /// most 2^20 in all.
+    /// Returns the number of simulators per particle in a flow with which a cell of a given side
+    /// holds ten, of at most 2^20 in total.
     fn simulators_of_flow(&self, side: f64) -> u32 {
         let count = self.count().max(1) as f64;
         let per_cell = count * side.powi(self.dimension as i32) / self.volume;
@@ -240,16 +243,17 @@ impl CasePlan {
         wanted.clamp(1.0, (MOST_SIMULATORS / count).floor().max(1.0)) as u32
     }
 
-    /// Side of a cell in a flow: one that resolves the mean free path, and at least such that it
-    /// holds ten simulators.
+    /// Returns the cell side in a flow \[length\]: one that resolves the mean free path, and is
+    /// large enough to hold ten simulators.
     fn cell_of_flow(&self, scheme: Scheme, simulators_per_particle: u32) -> f64 {
         let simulators = self.count() as f64 * f64::from(simulators_per_particle);
         let ten = (TEN * self.volume / simulators).powf(1.0 / self.dimension as f64);
         self.resolving_cell(scheme).max(ten)
     }
 
-    /// Simulators for each particle with which the errors of few simulators hardly show: a power of
-    /// two, at most 1000 and at most 2^20 in all. In flows the cells are chosen to hold enough.
+    /// Returns the number of simulators per particle at which errors of few simulators are
+    /// negligible: a power of two, at most 1000 and at most 2^20 in total. In flows the cells are
+    /// chosen to hold enough.
     fn enough_simulators(&self, one: &Parameters) -> u32 {
         const MOST: f64 = 1024.0;
         const MOST_IN_ALL: f64 = (1 << 20) as f64;
@@ -265,27 +269,27 @@ impl CasePlan {
         2_u32.pow(exponent as u32)
     }
 
-    /// Sides of a Monte Carlo cell \[length\]; zero beyond the dimension.
+    /// Returns the sides of a Monte Carlo cell \[length\]; zero beyond the dimension.
     pub fn cell(&self, parameters: &Parameters) -> [f64; 3] {
         let diameter = 2.0 * self.mean_radius();
         let counts = in_space!(self.dimension, S => cells::<S>(parameters, self, diameter));
         [0, 1, 2].map(|axis| self.lengths[axis] / counts[axis] as f64)
     }
 
-    /// Mean number of simulators in a Monte Carlo cell.
+    /// Returns the mean number of simulators in a Monte Carlo cell.
     pub fn simulators_per_cell(&self, parameters: &Parameters) -> f64 {
         let cell: f64 = self.cell(parameters)[..self.dimension].iter().product();
         let share = cell / self.volume;
         share * self.count() as f64 * f64::from(parameters.simulators_per_particle)
     }
 
-    /// Radius around the point of contact within which partners are drawn \[length\].
+    /// Returns the radius around the point of contact within which partners are drawn \[length\].
     pub fn partner_radius(&self, parameters: &Parameters) -> f64 {
         let (packing, diameter) = (self.packing_fraction, 2.0 * self.mean_radius());
         in_space!(self.dimension, S => parameters.partner_radius::<S>(packing, diameter))
     }
 
-    /// Mean free path at the collision rate of a scheme \[length\].
+    /// Computes the mean free path at the collision rate of a Monte Carlo scheme \[length\].
     pub fn scheme_path(&self, parameters: &Parameters) -> f64 {
         let (packing, diameter) = (self.packing_fraction, 2.0 * self.mean_radius());
         in_space!(self.dimension, S => parameters.mean_free_path::<S>(packing, diameter))

@@ -1,4 +1,4 @@
-//! Species of the particles of a start file: by their `type`, radius and mass.
+//! Species of the particles in a start file, told apart by `type`, radius and mass.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -12,29 +12,30 @@ use stosszahl_model::{
 
 use super::data::{PlanError, SizeGroup, SpeciesPlan, UnitScale, in_space};
 
-/// Largest number of species made from sizes; with more sizes, each type is one species.
+/// Largest number of species told apart by size; with more sizes, each type is one species.
 const MOST_SPECIES: usize = 100;
-/// Most types that a file may name.
+/// Largest number of types in a start file.
 const MOST_TYPES: usize = 1000;
-/// Most classes of like size for theory, of all species together.
+/// Largest number of size groups for theory, of all species together.
 const MOST_CLASSES: usize = 96;
-/// Least temperature of a species over that of the gas in theory; colder species are set to it.
+/// Smallest temperature of a species in theory, over that of the gas; colder species are set to it.
 const COLDEST: f64 = 1e-9;
 
-/// Particles of a start file by species, in the order of the file.
+/// Particles of a start file with their species, in the order of the file.
 pub(super) struct FileSpecies {
-    /// Radius of each particle.
+    /// Radius of each particle \[length\].
     pub(super) radii: Vec<f64>,
-    /// Mass of each particle.
+    /// Mass of each particle \[mass\].
     pub(super) masses: Vec<f64>,
-    /// Number of the species of each particle.
+    /// Index of the species of each particle.
     numbers: Vec<u32>,
-    /// Name of each species.
+    /// Name of each species in the file.
     pub(super) names: Vec<String>,
 }
 
 impl FileSpecies {
-    /// Reads the species of a file; if it lacks sizes, the sizes of the case are taken.
+    /// Determines the species of the particles in a start file; if the file lacks sizes, those of
+    /// the case are taken.
     ///
     /// Particles of one type, radius and mass are a species, up to [`MOST_SPECIES`] of at least two
     /// particles on average; otherwise all particles of one type are a species.
@@ -105,8 +106,8 @@ impl FileSpecies {
         })
     }
 
-    /// Returns species as blocks of like particles, and the indices of their particles in the file,
-    /// species after species; `None` where the particles of a species differ.
+    /// Groups particles by species, if those of each species are equal. Returns the species, and
+    /// the indices of their particles in the file, species after species; `None` otherwise.
     pub(super) fn blocks(&self) -> Option<(Vec<Like>, Vec<usize>)> {
         let mut order: Vec<usize> = (0..self.numbers.len()).collect();
         order.sort_by_key(|&index| self.numbers[index]);
@@ -127,14 +128,14 @@ impl FileSpecies {
         Some((kinds, order))
     }
 
-    /// Converts sizes and masses to other units.
+    /// Converts radii and masses to other units.
     pub(super) fn scaled(mut self, scale: UnitScale) -> Self {
         self.radii.iter_mut().for_each(|one| *one /= scale.length);
         self.masses.iter_mut().for_each(|one| *one /= scale.mass);
         self
     }
 
-    /// Area or volume of all particles \[length^D\].
+    /// Computes the total area or volume of the particles \[length^D\].
     pub(super) fn covered(&self, dimension: usize) -> f64 {
         let balls = self.radii.iter();
         balls
@@ -142,18 +143,18 @@ impl FileSpecies {
             .sum()
     }
 
-    /// Returns true if all particles are alike.
+    /// Returns true if all particles have equal radius and mass.
     fn are_equal(&self) -> bool {
         let alike = |values: &[f64]| values.iter().all(|&value| value == values[0]);
         self.names.len() == 1 && alike(&self.radii) && alike(&self.masses)
     }
 
-    /// Returns the species of each particle; `None` where all are of one.
+    /// Returns the species of each particle; `None` if there is one species.
     pub(super) fn numbers(&self) -> Option<Arc<[u32]>> {
         (self.names.len() > 1).then(|| self.numbers.clone().into())
     }
 
-    /// Returns radii and masses in the form of the engines.
+    /// Converts radii and masses to the size distribution of the engines.
     ///
     /// # Errors
     /// [`PlanError`] if numbers are beyond what engines can work with.
@@ -201,8 +202,8 @@ impl FileSpecies {
             .map_err(failed)
     }
 
-    /// Computes temperatures of the species about the mean velocity of the gas, from the velocities
-    /// of the file.
+    /// Computes the temperatures of the species relative to the mean velocity of the gas, from the
+    /// velocities of the file.
     pub(super) fn temperatures(&self, file: &StartFile, dimension: usize, all: f64) -> Vec<f64> {
         let velocities = file.velocities.as_deref().unwrap_or_default();
         let total: f64 = self.masses.iter().sum();
@@ -220,8 +221,8 @@ impl FileSpecies {
         sums.into_iter().map(temperature).collect()
     }
 
-    /// Returns species with these temperatures, and classes of like size for theory: the species,
-    /// or several for each where sizes within one differ.
+    /// Creates the species of the plan with the given temperatures, and size groups for theory: the
+    /// species, or several groups for each whose sizes differ.
     pub(super) fn groups(
         &self,
         temperatures: &[f64],
@@ -277,8 +278,8 @@ impl FileSpecies {
     }
 }
 
-/// Numbers the types, in the order of their numbers or of their first particles; returns the number
-/// of each particle and the names.
+/// Numbers the types of a start file, in the order of their numbers or of their first particles.
+/// Returns the index of each particle's type, and the names.
 fn numbered(types: Option<&[String]>, count: usize) -> (Vec<u32>, Vec<String>) {
     let Some(types) = types else {
         return (vec![0; count], vec!["1".to_owned()]);

@@ -1,12 +1,12 @@
-//! Dimensionless numbers of a stream between walls or past a disk.
+//! Dimensionless numbers of a flow between walls or past a disk: Reynolds, Mach and Knudsen number.
 
 use std::f64::consts::PI;
 
 use super::data::{CasePlan, DerivedQuantity};
 
 impl CasePlan {
-    /// Computes Reynolds, Mach and Knudsen number of a flow of one species that has a mean
-    /// velocity; none without a width.
+    /// Computes Reynolds, Mach and Knudsen number of a flow of one species with a mean velocity;
+    /// empty without a width between walls or of a disk.
     ///
     /// With the speed u of the first inflow, or else of the start, the mean free path l of the
     /// dilute gas, the diameter h of a disk in the stream or else the width between walls, and c =
@@ -52,8 +52,8 @@ impl CasePlan {
         ]
     }
 
-    /// Diameter of the first disk, or else the smallest distance between walls that face each other
-    /// \[length\].
+    /// Returns the width of the flow \[length\]: diameter of the first disk obstacle, or else the
+    /// smallest distance between walls that face each other.
     fn width(&self) -> Option<f64> {
         let is_wall = |axis: usize, side: usize| self.case.walls.face_at(axis, side).is_wall();
         let between = (0..self.dimension).filter(|&axis| is_wall(axis, 0) && is_wall(axis, 1));

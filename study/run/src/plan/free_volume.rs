@@ -1,4 +1,5 @@
-//! Volume that obstacles leave to the gas: of the whole box, and of each cell of a grid.
+//! Free volume that obstacles leave to the gas, of the whole box and of each cell of a grid, by
+//! numerical integration.
 
 use stosszahl_case::Case;
 use stosszahl_case::format::FaceSpec;
@@ -10,11 +11,12 @@ use super::data::{CasePlan, EnginePlan, PlanError};
 use super::engines;
 use super::region::Region;
 
-/// Most steps in which diameters are fitted to a free path.
+/// Largest number of iterations in which diameters are fitted to a mean free path.
 const STEPS: usize = 200;
 
-/// Volume of a box in which centres of particles of a mean radius can be \[length^D\], where they
-/// keep the clearance of the engines from obstacles. With no obstacles it is the volume of the box.
+/// Computes the free volume of a box \[length^D\]: where centres of particles of a mean radius can
+/// be, as far from obstacles as the engines keep them. Without obstacles it is the volume of the
+/// box.
 ///
 /// # Errors
 /// [`PlanError`] names the invalid obstacle.
@@ -30,7 +32,8 @@ pub(super) fn free_volume(
     uncovered_volume(case, lengths, clearance)
 }
 
-/// Volume of a box at least `clearance` away from obstacles \[length^D\].
+/// Computes the volume of the part of a box that is at least `clearance` away from obstacles
+/// \[length^D\].
 ///
 /// # Errors
 /// [`PlanError`] names the invalid obstacle.
@@ -54,7 +57,7 @@ pub(super) fn uncovered_volume(
     Ok(free)
 }
 
-/// Area that obstacles cover \[length^2\], also beyond the box.
+/// Computes the area that obstacles cover \[length^2\], also beyond the box.
 ///
 /// # Errors
 /// [`PlanError`] names the invalid obstacle.
@@ -68,9 +71,9 @@ pub(super) fn covered_area(case: &Case) -> Result<f64, PlanError> {
     Ok(corner[0] * corner[1] - area.rectangle_between([0.0; 2], corner))
 }
 
-/// Finds the factor of all radii with which a length that depends on them is the wanted one;
-/// `found` is that length, which falls with the power `1 / exponent` of the factor where nothing
-/// stands in the box.
+/// Solves for the factor of all radii at which a length that depends on them has the value
+/// `wanted`. `found` computes that length from the factor; without obstacles it falls with the
+/// power `1 / exponent` of the factor.
 ///
 /// # Errors
 /// As `found`.
@@ -96,7 +99,8 @@ fn periodic(case: &Case) -> [bool; 2] {
 }
 
 impl CasePlan {
-    /// Volume of the box, obstacles included \[length^D\]; without a box, the volume of the gas.
+    /// Returns the volume of the box, obstacles included \[length^D\]; without a box, the volume of
+    /// the gas.
     pub fn box_volume(&self) -> f64 {
         match self.lengths[0] {
             0.0 => self.volume,
@@ -104,7 +108,8 @@ impl CasePlan {
         }
     }
 
-    /// Share of a region that obstacles do not cover; 0 where it is no more than rounding.
+    /// Computes the share of a region that obstacles do not cover; 0 if it is no more than
+    /// rounding.
     pub(super) fn uncovered_share(&self, region: &Region) -> Result<f64, PlanError> {
         let obstacles = self.obstacles()?;
         if obstacles.is_empty() {
@@ -117,8 +122,9 @@ impl CasePlan {
         Ok(if share > 1e-9 { share } else { 0.0 })
     }
 
-    /// Share of each cell of a grid over the first two axes that obstacles leave to the centres of
-    /// particles of an engine, the first axis running fastest; empty without obstacles.
+    /// Computes, for each cell of a grid over the first two axes, the share that obstacles leave to
+    /// the centres of an engine's particles. The index runs fastest along the first axis; empty
+    /// without obstacles.
     pub fn free_shares(&self, engine: &EnginePlan, counts: [usize; 2]) -> Vec<f64> {
         let obstacles = self.obstacles().unwrap_or_default();
         if obstacles.is_empty() {

@@ -1,9 +1,10 @@
-//! Plan of a case: all quantities that engines, measurements and theory need, derived once.
+//! Resolved plan of a case: all quantities that engines, measurements and theory need, derived
+//! once.
 //!
-//! Engines compute in units of their own ([`UnitScale`]): for smooth particles in a uniform box the mean
-//! diameter, the mean mass and the temperature of the start are one; elsewhere they are the units
-//! of the case. All numbers here are in engine units unless they say otherwise; tables and reports are in the units
-//! of the case, times in its unit of time.
+//! Engines compute in units of their own ([`UnitScale`]): for smooth particles in a uniform box the
+//! mean diameter, the mean mass and the temperature of the start are one; elsewhere they are the
+//! units of the case. All numbers here are in engine units unless they say otherwise; tables and
+//! reports are in the units of the case, times in its unit of time.
 //!
 //! | module | content |
 //! |---|---|

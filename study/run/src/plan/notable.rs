@@ -1,4 +1,5 @@
-//! Warnings about a case before it is run, and quantities that follow from it.
+//! Warnings about a case before it is run, with rules of thumb for numerical errors of the engines,
+//! and derived quantities.
 
 use stosszahl_case::format::{FaceSpec, PlacementSpec, VelocitiesSpec, VelocityWord};
 use stosszahl_dsmc::{ContactLaw, Parameters, PartnerSelection, SimulatorStart};
@@ -10,39 +11,45 @@ use crate::words::short;
 
 use super::data::{CasePlan, DerivedQuantity, EngineKind, EnginePlan, SpeciesPlan, in_space};
 
-/// Relative error of the collision rate of a scheme within cells, times the simulators in a cell: that of 1.27 disks at packing 0.25, 26 %,
-/// with displaced partners and with the free volume of each cell.
+/// Relative error of the collision rate of a within-cell scheme, times the simulators per cell.
+/// Measured at 1.27 disks per cell and packing 0.25: 26 %, with displaced partners and with the
+/// free volume of each cell.
 pub(crate) const RATE_ERROR_IN_A_CELL: f64 = 1.0 / 3.0;
-/// Relative error of the collision rate of ESMC, times the simulators for each particle.
+/// Relative error of the collision rate of ESMC, times the simulators per particle.
 const RATE_ERROR_OF_ESMC: f64 = 0.3;
-/// Relative error of the kinetic energy over that of the collision rate: late in free cooling K is proportional to the rate to the -2.
+/// Relative error of the kinetic energy over that of the collision rate: late in free cooling K is
+/// proportional to the rate to the power -2.
 const ENERGY_OVER_RATE: f64 = 2.0;
-/// Number of simulators in a cell below which profiles along walls or gravity are not reliable; the
+/// Number of simulators per cell below which profiles along walls or gravity are unreliable; the
 /// default is ten.
 const FEW_IN_FLOWS: f64 = 5.0;
-/// Share of the margin that the stated collision rate of a scheme may take before `check` names it.
+/// Effect of a scheme's theoretical collision rate, over the margin of the case, from which `check`
+/// reports it.
 const NOTABLE_RATE: f64 = 0.5;
-/// Cells wider than this many mean free paths carry momentum too far.
+/// Cell width in mean free paths above which cells transport momentum too far.
 const WIDE: f64 = 2.0;
-/// Cells wider than this many mean free paths blur profiles along walls or gravity, which are made by transport.
+/// Cell width in mean free paths above which cells blur profiles along walls or gravity.
 const WIDE_IN_FLOWS: f64 = 1.0;
-/// Share of the collision rate that walls may cost `dsmc-contact-point` without a word.
+/// Share of the collision rate that walls may cost `dsmc-contact-point` without a warning.
 const NOTABLE_WALLS: f64 = 0.02;
-/// Height of a box in T/(m g) from which a gas that nothing heats has lost far more by its fall than it had.
+/// Height of a box in T/(m g) above which a warning says that a gas without heating falls and comes
+/// to rest.
 const FALLS: f64 = 5.0;
-/// Elastic collisions per particle before the start, by default, for each `sqrt(phi) chi`, the box over the mean free path at a given
-/// number of disks: waves as long as the box of 600 disks, which are the last to be those of a fluid, take so many at packings from 0.2 to 0.44.
+/// Default number of elastic collisions per particle before the start, over `sqrt(phi) chi`.
+/// Density waves as long as the box of 600 disks, which relax last, need so many at packings from
+/// 0.2 to 0.44.
 const SOUND: f64 = 10.0;
-/// Smallest default number of elastic collisions per particle before the start; distances up to 1.3
-/// diameters take 4 at any packing.
+/// Smallest default number of elastic collisions per particle before the start. Distances up to 1.3
+/// diameters need 4 at any packing.
 const LEAST_EQUILIBRATION: f64 = 10.0;
-/// Largest default number of elastic collisions per particle before the start: at packings that
-/// take more, the crystal is the equilibrium and stays.
+/// Largest default number of elastic collisions per particle before the start. At packings that
+/// need more, the crystal is the equilibrium and stays.
 const MOST_EQUILIBRATION: f64 = 100.0;
 
 impl CasePlan {
-    /// Elastic collisions per particle before the start. Default for disks in a periodic box that the program places: 10, and more at packings
-    /// above 0.3, `10 sqrt(phi) chi` up to 100.
+    /// Returns the number of elastic collisions per particle before the start. Default for disks in
+    /// a periodic box that the program places: 10, and more at packings above 0.3, `10 sqrt(phi)
+    /// chi` up to 100.
     pub fn equilibration(&self) -> f64 {
         let melts = self.is_disk_fluid() && !self.starts_as_given();
         let crowded = SOUND * self.packing_fraction.sqrt() * self.contact_value;
@@ -73,13 +80,14 @@ impl CasePlan {
         self.case.start.placement == PlacementSpec::File || self.case.start.region.is_some()
     }
 
-    /// Collisions per particle after which equilibration ends, whatever the tests say.
+    /// Returns the number of collisions per particle after which equilibration ends, whatever its
+    /// tests say.
     pub fn longest_equilibration(&self) -> f64 {
         let most = self.case.start.longest_equilibration;
         most.unwrap_or_else(|| (4.0 * self.equilibration()).max(200.0))
     }
 
-    /// Returns warnings about settings that are allowed but deserve a second look.
+    /// Returns warnings about settings of the case that are allowed but questionable.
     pub(super) fn notable(&self) -> Vec<String> {
         let mut list = Vec::new();
         if self.case.replicas == 1 {
@@ -107,7 +115,7 @@ impl CasePlan {
         list
     }
 
-    /// Warns that one gas of exact disks in a shear flow is not spread over threads.
+    /// Warns that exact disks in a shear flow run on one thread.
     fn notable_shear(&self, list: &mut Vec<String>) {
         if self.is_sheared() && self.engines.iter().any(EnginePlan::is_exact) {
             list.push(
@@ -164,7 +172,7 @@ impl CasePlan {
         self.notable_bath(list);
     }
 
-    /// Warns of a gas that falls onto a wall, and that nothing heats.
+    /// Warns of a gas that falls onto a wall and is not heated.
     fn notable_fall(&self, list: &mut Vec<String>) {
         let gravity = self.gravity();
         let walls = || {
@@ -268,11 +276,12 @@ impl CasePlan {
         }
     }
 
-    /// Numerical error of a Monte Carlo engine that makes its comparisons void: larger than the margin of the case. `None` if the engine
-    /// stands for what its scheme states.
+    /// Describes the numerical error of a Monte Carlo engine that makes its comparisons void,
+    /// because it exceeds the margin of the case; `None` without such an error.
     ///
-    /// Numerical are few simulators, wide cells along walls or gravity, and the penetrable disks of `dsmc-stochastic-disks`. That a scheme has by its
-    /// theory another collision rate than hard disks ([`CasePlan::rate_ratio`]) is no such error: a comparison measures it.
+    /// Numerical are few simulators, wide cells along walls or gravity, and the penetrable disks of
+    /// `dsmc-stochastic-disks`. That a scheme has by its theory another collision rate than hard
+    /// disks ([`CasePlan::rate_ratio`]) is no such error: a comparison measures it.
     pub fn numerical_error(&self, engine: &EnginePlan) -> Option<String> {
         let EngineKind::MonteCarlo(parameters) = &engine.kind else {
             return None;
@@ -326,7 +335,8 @@ impl CasePlan {
         })
     }
 
-    /// Names engines whose comparisons will be void, and differences that follow from the stated collision rate of a scheme.
+    /// Warns of engines whose comparisons will be void, and of differences that follow from the
+    /// theoretical collision rate of a scheme.
     fn notable_errors(&self, list: &mut Vec<String>) {
         for engine in &self.engines {
             if let Some(reason) = self.numerical_error(engine) {
@@ -362,7 +372,8 @@ impl CasePlan {
         }
     }
 
-    /// Collision rate of an engine over that of Enskog's theory, as far as its theory sets it: that of a dilute gas, or of free volume.
+    /// Returns the collision rate of an engine, by the theory of its scheme, over Enskog's: that of
+    /// a dilute gas, or of free volume.
     pub fn rate_ratio(&self, engine: &EnginePlan) -> f64 {
         let known = engine
             .parameters()
@@ -374,14 +385,14 @@ impl CasePlan {
         })
     }
 
-    /// Relative difference in energy at `time` of two gases that cool by Haff's law at these collision rates, over Enskog's; `None` where
-    /// the law does not hold.
+    /// Computes the relative difference in energy at `time` of two gases that cool by Haff's law at
+    /// the collision rates a and b, given over Enskog's; `None` if the law does not hold.
     fn energy_by_rates(&self, a: f64, b: f64, time: f64) -> Option<f64> {
         Some(self.haff_ratio(time * a)? / self.haff_ratio(time * b)? - 1.0)
     }
 
-    /// Sentence on the part of a difference in energy of two engines that follows from the collision rates of their theories; `None` if
-    /// both have Enskog's, or nearly so.
+    /// Describes the part of a difference in energy of two engines that follows from the collision
+    /// rates of their theories; `None` if both have nearly Enskog's rate.
     pub fn stated_rates(&self, [a, b]: [&EnginePlan; 2], time: f64) -> Option<String> {
         let rates = [a, b].map(|engine| self.rate_ratio(engine));
         let off = ENERGY_OVER_RATE * (rates[0] / rates[1] - 1.0).abs();
@@ -402,16 +413,17 @@ impl CasePlan {
         ))
     }
 
-    /// Simulators in a cell next to walls or in gravity, where they are too few.
+    /// Returns the number of simulators per cell next to walls or in gravity, if it is too small.
     fn few_in_a_flow(&self, parameters: &Parameters) -> Option<f64> {
         let few = |&simulators: &f64| !self.is_uniform() && simulators < FEW_IN_FLOWS;
         Some(self.simulators_per_cell(parameters)).filter(few)
     }
 
-    /// Width of the cells in mean free paths of the uniform gas, where it is too large.
+    /// Returns the width of the cells in mean free paths of the uniform gas, if it is too large.
     fn wide_cells(&self, parameters: &Parameters) -> Option<f64> {
         // Velocities in a uniform shear flow are relative to it at each particle, so cells do not
-        // carry its momentum: cells of 7 and of 21 mean free paths have the same stress within 0.1 %.
+        // carry its momentum: cells of 7 and of 21 mean free paths have the same stress within
+        // 0.1 %.
         if self.is_sheared() {
             return None;
         }
@@ -424,7 +436,8 @@ impl CasePlan {
         Some(widest / path).filter(|&wide| wide > limit)
     }
 
-    /// Thermal speed `(T/m)^(1/2)` of the start, by the means of T and m over the particles \[engine speed\].
+    /// Returns the thermal speed `(T/m)^(1/2)` of the start, by the means of T and m over the
+    /// particles \[engine speed\].
     pub fn thermal_speed(&self) -> f64 {
         let sum = |of: fn(&SpeciesPlan) -> f64| {
             let each = self.species.iter().map(|one| one.count as f64 * of(one));
@@ -433,7 +446,7 @@ impl CasePlan {
         (sum(|one| one.temperature) / sum(|one| one.mass)).sqrt()
     }
 
-    /// Quantities that follow from the case, in its units.
+    /// Returns the quantities derived from the case, in its units, as `check` lists them.
     #[expect(clippy::too_many_lines, reason = "a list of quantities")]
     pub fn derived(&self) -> Vec<DerivedQuantity> {
         let mut list: Vec<DerivedQuantity> = Vec::new();

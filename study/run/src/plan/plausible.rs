@@ -1,6 +1,5 @@
-//! Checks of numbers that make no sense together, though each is allowed: mistaken units, forces
-//! that nothing balances, contact times that switch collisions off. Also the limits of the estimate
-//! of the time.
+//! Checks of a case for implausible numbers, each of which is allowed: mistaken units, unbalanced
+//! forces, contact times that switch collisions off. Also lists what the time estimate ignores.
 
 use std::f64::consts::PI;
 
@@ -10,24 +9,24 @@ use crate::words::{percent, short};
 
 use super::data::{CasePlan, EngineKind};
 
-/// Share of elastic contacts at the start from which a contact time is reported.
+/// Share of elastic contacts at the start from which a warning about the contact time is given.
 const MANY_ELASTIC: f64 = 0.1;
 /// Fastest plausible speed of granular particles \[m/s\].
 const FAST_GRAINS: f64 = 100.0;
 /// Fastest plausible speed of molecules \[m/s\].
 const FAST_MOLECULES: f64 = 1e4;
-/// Diameter from which particles count as granular \[m\].
+/// Diameter from which particles count as grains, not molecules \[m\].
 const GRAIN: f64 = 1e-7;
 /// Plausible mass densities of a particle, from an aerogel to more than any element \[kg/m^3\].
 const DENSITIES: std::ops::RangeInclusive<f64> = 10.0..=5e4;
-/// Ratio of diameters from which exact dynamics is slower than the estimate, by the grids of its
-/// smallest disks.
+/// Ratio of largest to smallest diameter from which exact dynamics is slower than its time
+/// estimate, because its cell grids fit the smallest disks.
 const UNLIKE: f64 = 2.0;
-/// Speed, in thermal speeds, at which a wall or the fall through the box drives the gas away from
-/// its start.
+/// Speed of a wall or of a fall through the box, in thermal speeds, from which the gas soon differs
+/// from its start.
 const DRIVEN: f64 = 2.0;
 
-/// Source of heat or motion: a wall, an obstacle or a stream.
+/// Source of heat or motion in a flow: a wall, an obstacle or an inflow.
 struct Source {
     key: String,
     temperature: Option<f64>,
@@ -35,7 +34,7 @@ struct Source {
 }
 
 impl CasePlan {
-    /// Lists settings that are allowed but probably mistaken, a sentence each.
+    /// Returns warnings about settings that are allowed but probably mistaken, a sentence each.
     pub(super) fn implausible(&self) -> Vec<String> {
         let mut list = Vec::new();
         list.extend(self.elastic_by_contact_time());
@@ -46,8 +45,8 @@ impl CasePlan {
         list
     }
 
-    /// Warns of a contact time in which a particle collides again anyway, so that contacts are
-    /// elastic.
+    /// Warns of a contact time so long that many particles collide again within it, which makes
+    /// their contacts elastic.
     fn elastic_by_contact_time(&self) -> Option<String> {
         let contact_time = self.engines.iter().find_map(|engine| match engine.kind {
             EngineKind::EventDriven { contact_time, .. } => Some(contact_time),
@@ -68,8 +67,7 @@ impl CasePlan {
         })
     }
 
-    /// Warns of gravity along an axis around which the box is periodic, where nothing takes the
-    /// momentum up.
+    /// Warns of gravity along a periodic axis, along which nothing balances it.
     fn falls_for_ever(&self) -> Option<String> {
         let pull = self.grains.gravity?;
         let takes_up = |wall: &FaceSpec| match wall {
@@ -177,8 +175,8 @@ impl CasePlan {
         list
     }
 
-    /// Lists walls, obstacles and streams that heat or move the gas, in engine units. Only flows
-    /// have any.
+    /// Lists the walls, obstacles and inflows that heat or move the gas, in engine units; empty
+    /// unless the case is a flow.
     fn sources(&self) -> Vec<Source> {
         let length = |vector: &[f64]| vector.iter().map(|one| one * one).sum::<f64>().sqrt();
         let faces = stosszahl_case::format::FACES.iter().flatten();
@@ -214,8 +212,8 @@ impl CasePlan {
         walls.chain(obstacles).chain(inflows).collect()
     }
 
-    /// Fastest speed that the start, walls, streams, gravity or kicks give to particles, about
-    /// \[engine speed\].
+    /// Estimates the fastest speed that the start, walls, inflows, gravity or kicks give to
+    /// particles \[engine speed\].
     fn fastest_speed(&self) -> f64 {
         let lightest = (self.species.iter())
             .map(|one| one.mass)
@@ -230,8 +228,8 @@ impl CasePlan {
         sources.fold(start.max(heated), f64::max).max(self.fall())
     }
 
-    /// Speed of a fall through the box, or until the end of the run without a floor \[engine
-    /// speed\].
+    /// Returns the speed gained in a fall through the box, or until the end of the run without a
+    /// floor \[engine speed\].
     fn fall(&self) -> f64 {
         let pull = self.grains.gravity.unwrap_or_default();
         let speed = |axis: usize| {
@@ -245,8 +243,8 @@ impl CasePlan {
         (0..self.dimension).map(speed).fold(0.0, f64::max)
     }
 
-    /// Approximate largest collision rate of a particle to expect: the rate of the start, or the
-    /// fastest speed over a diameter \[1/engine time\].
+    /// Estimates the largest collision rate of a particle to expect \[1/engine time\]: the rate of
+    /// the start, or the fastest speed over a diameter.
     pub(super) fn natural_rate(&self) -> f64 {
         let diameters = self.species.iter().map(|one| 2.0 * one.radius);
         let smallest = diameters
@@ -255,14 +253,14 @@ impl CasePlan {
         (self.fastest_speed() / smallest).max(1.0 / self.mean_free_time)
     }
 
-    /// Lists properties of this case that the estimate of the time ignores, a sentence each.
+    /// Lists properties of the case that the time estimate ignores, a sentence each.
     pub fn unknown_to_the_estimate(&self) -> Vec<String> {
         let mut list = Vec::new();
         if self.lengths[0] == 0.0 {
             return list;
         }
         let exact = self.engine("ed").is_some();
-        let diameters = || self.radii_of_kinds();
+        let diameters = || self.diameter_range();
         let (least, most) = diameters();
         if exact && most > UNLIKE * least && least > 0.0 {
             list.push(format!(
@@ -304,8 +302,8 @@ impl CasePlan {
         list
     }
 
-    /// Least and largest diameter of all particles \[length\].
-    fn radii_of_kinds(&self) -> (f64, f64) {
+    /// Returns the smallest and largest diameter of all particles \[length\].
+    fn diameter_range(&self) -> (f64, f64) {
         let mut range = (f64::INFINITY, 0.0_f64);
         let mut add = |radius: f64| range = (range.0.min(2.0 * radius), range.1.max(2.0 * radius));
         match &self.grains.sizes {

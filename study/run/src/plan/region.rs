@@ -1,4 +1,4 @@
-//! The region of the box in which particles of a start are placed.
+//! Region of the box in which the particles of a start are placed, and its checks.
 
 use std::f64::consts::PI;
 
@@ -6,22 +6,23 @@ use crate::words::short;
 
 use super::data::{CasePlan, PlanError};
 
-/// Packing fractions at which random addition of equal disks and spheres jams: Feder 1980; Torquato, Uche & Stillinger 2006.
+/// Packing fractions at which random sequential addition of equal disks and of spheres jams: Feder
+/// 1980; Torquato, Uche & Stillinger 2006.
 const JAMMED: [f64; 2] = [0.547, 0.384];
-/// Key of the region in a case file.
+/// Key of the start region in a case file.
 const KEY: &str = "start.region";
 
-/// Region of the start, in the units of the engine.
+/// Region of the start: a rectangle or cuboid, in engine units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Region {
-    /// Lower corner \[length\]; 0 beyond the dimension.
+    /// Lower corner of the region \[length\]; 0 beyond the dimension.
     pub low: [f64; 3],
-    /// Upper corner \[length\]; 0 beyond the dimension.
+    /// Upper corner of the region \[length\]; 0 beyond the dimension.
     pub high: [f64; 3],
 }
 
 impl Region {
-    /// Area or volume of the region \[length^D\].
+    /// Returns the area or volume of the region \[length^D\].
     pub fn volume(&self, dimension: usize) -> f64 {
         (0..dimension)
             .map(|axis| self.high[axis] - self.low[axis])
@@ -30,7 +31,7 @@ impl Region {
 }
 
 impl CasePlan {
-    /// Region in which the start is placed, if it is not the whole box.
+    /// Returns the region in which the start is placed; `None` for the whole box.
     pub fn region(&self) -> Option<Region> {
         let corners = self.case.start.region.as_ref()?;
         let corner = |list: &[f64]| {
@@ -45,7 +46,8 @@ impl CasePlan {
         })
     }
 
-    /// Share of the region of the start that the particles cover, bodies left out.
+    /// Computes the packing fraction in the start region, without the area of obstacles; `None`
+    /// without a region.
     ///
     /// # Errors
     /// [`PlanError`] if bodies cannot be.
@@ -64,7 +66,7 @@ impl CasePlan {
         Ok(Some(self.packing_fraction * all? / open?))
     }
 
-    /// Refuses regions outside the box, and those in which the particles find no room.
+    /// Checks that the start region lies inside the box and has space for the particles.
     pub(super) fn check_region(&self) -> Result<(), PlanError> {
         let Some(region) = self.region() else {
             return Ok(());
@@ -117,7 +119,7 @@ impl CasePlan {
         PlanError::require(packing <= most, KEY, found, allowed)
     }
 
-    /// Notes that theory is of the gas in the whole box.
+    /// Adds the note that theory is of a gas in the whole box, not in the start region.
     pub(super) fn notable_region(&self, list: &mut Vec<String>) {
         if let Ok(Some(packing)) = self.packing_of_region() {
             list.push(format!(

@@ -1,4 +1,4 @@
-//! Names of units of a case in SI: `m`, `kg`, `s` and `J` in place of `length`, `mass`, `time` and
+//! Unit names of a case in SI: `m`, `kg`, `s` and `J` in place of `length`, `mass`, `time` and
 //! `energy`.
 
 use std::borrow::Cow;
@@ -8,14 +8,14 @@ use stosszahl_case::format::{TimeUnit, UnitsSpec};
 use super::data::CasePlan;
 
 impl CasePlan {
-    /// Unit of a table of the case. Times of tables are in the unit of `run.time_unit`, which is
-    /// the second only if that is `case`.
+    /// Returns the unit of a column of the case's tables. Times in tables are in the unit of
+    /// `run.time_unit`, which is the second only for `case`.
     pub fn table_unit(&self, unit: &str) -> Cow<'static, str> {
         let second = (self.time_unit == TimeUnit::Case).then_some("s");
         self.unit(unit, second)
     }
 
-    /// Unit of a quantity that follows from the case. Its times are in seconds for any
+    /// Returns the unit of a derived quantity of the case. Its times are in seconds for any
     /// `run.time_unit`.
     pub(super) fn derived_unit(&self, unit: &str) -> Cow<'static, str> {
         if unit == "unit of time" {
@@ -24,8 +24,8 @@ impl CasePlan {
         self.unit(unit, Some("s"))
     }
 
-    /// Returns the SI unit if the case is in SI; `second` replaces the word for time, if it is
-    /// given.
+    /// Returns the SI unit for a unit in words, if the case is in SI; `second` is the unit of time,
+    /// if given.
     fn unit(&self, unit: &str, second: Option<&'static str>) -> Cow<'static, str> {
         if self.case.units != UnitsSpec::Si {
             return unit.to_owned().into();

@@ -1,4 +1,4 @@
-//! Species, sizes and laws of a case.
+//! Species, sizes and restitution laws of a case, for its plan.
 
 use rand::{Rng, RngExt};
 use stosszahl_case::Case;
@@ -14,28 +14,29 @@ use stosszahl_model::{
 use super::data::{PlanError, SizeGroup, SpeciesPlan};
 use super::gas::ResolvedGas;
 
-/// Number of classes of like size in a group, if there are as many particles: theory of one size
-/// for each of 12 groups of a wide distribution is off by 3 %.
+/// Number of size groups in a species for theory, if it has as many particles. Theory with one size
+/// for each of 12 species of a wide distribution is off by 3 %.
 const CLASSES: usize = 8;
 
-/// Particles by size, in the units of the case.
+/// Particles of a case in blocks of equal ones, in the units of the case.
 #[derive(Default)]
 pub(super) struct SizedParticles {
-    /// Blocks of like particles, one after the other.
+    /// Blocks of equal particles, one after the other.
     pub(super) kinds: Vec<Like>,
-    /// Temperature of each block of like particles.
+    /// Granular temperature of each block \[energy\].
     temperatures: Vec<f64>,
-    /// Names of the species; `None` where the number of the species is the name.
+    /// Name of each species; `None` if its number is its name.
     names: Vec<Option<String>>,
     tracer: Option<usize>,
-    /// Number of groups, if each block is one particle.
+    /// Number of species into which particles are grouped by size, if each block is one particle.
     groups: Option<usize>,
 }
 
-/// Returns the particles of a case without a start file.
+/// Creates the particles of a case without a start file: equal ones, species, a power law, or
+/// individual sizes.
 pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
     let found = if !case.species.is_empty() {
-        listed(case, temperature)?
+        listed_species(case, temperature)?
     } else if let Some(law) = &case.power_law {
         let count = |mass| {
             let share = law.monomers as f64 * (mass as f64).powf(-law.exponent);
@@ -47,7 +48,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles,
         };
         let kinds: Vec<Like> = (1..=law.largest_mass.unwrap_or(u64::MAX))
             .map(|mass| Like {
-                radius: 0.5 * root(mass as f64, case.gas.dimension),
+                radius: 0.5 * cluster_diameter(mass as f64, case.gas.dimension),
                 mass: mass as f64,
                 count: count(mass),
             })
@@ -62,7 +63,7 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles,
         let count = continuous.number as usize;
         let mut stream = Streams::new(case.seed, 0).stream_at(Purpose::Placement, [0, 0]);
         let mut diameters: Vec<f64> = (0..count)
-            .map(|_| diameter(continuous, &mut stream))
+            .map(|_| draw_diameter(continuous, &mut stream))
             .collect();
         diameters.sort_by(f64::total_cmp);
         let kinds = diameters.iter().map(|d| Like {
@@ -91,10 +92,10 @@ pub(super) fn particles(case: &Case, temperature: f64) -> Result<SizedParticles,
     Ok(found)
 }
 
-/// Returns the species of `[[species]]`.
-fn listed(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
+/// Creates the particles of the species listed in `[[species]]`.
+fn listed_species(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
     let mut found = SizedParticles::default();
-    for (index, (one, count)) in case.species.iter().zip(counts(case)?).enumerate() {
+    for (index, (one, count)) in case.species.iter().zip(species_counts(case)?).enumerate() {
         if one.tracer {
             found.tracer = Some(index);
         }
@@ -129,9 +130,9 @@ fn listed(case: &Case, temperature: f64) -> Result<SizedParticles, PlanError> {
     Ok(found)
 }
 
-/// Returns the numbers of particles. Shares are made whole so that together they are all; the
-/// remainder of rounding is added to the largest share, or taken from it.
-fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
+/// Computes the number of particles of each species. Shares are rounded so that their sum is the
+/// total; the largest share takes up the remainder.
+fn species_counts(case: &Case) -> Result<Vec<usize>, PlanError> {
     let shared = case.species.iter().all(|one| one.share.is_some());
     if shared {
         let all = case.gas.number.unwrap_or(0) as usize;
@@ -163,13 +164,13 @@ fn counts(case: &Case) -> Result<Vec<usize>, PlanError> {
     Ok(case.species.iter().map(one).collect())
 }
 
-/// Returns `k^(1/D)`.
-fn root(k: f64, dimension: u64) -> f64 {
+/// Returns the diameter `k^(1/D)` of a cluster of k monomers.
+fn cluster_diameter(k: f64, dimension: u64) -> f64 {
     if dimension == 2 { k.sqrt() } else { k.cbrt() }
 }
 
-/// Draws one diameter of a continuous distribution.
-fn diameter(continuous: &PolydisperseSpec, stream: &mut impl Rng) -> f64 {
+/// Draws a diameter from a continuous distribution.
+fn draw_diameter(continuous: &PolydisperseSpec, stream: &mut impl Rng) -> f64 {
     let PolydisperseSpec {
         distribution,
         mean_diameter,
@@ -193,7 +194,7 @@ fn diameter(continuous: &PolydisperseSpec, stream: &mut impl Rng) -> f64 {
 }
 
 impl SizedParticles {
-    /// Creates species of like particles with their temperatures and names.
+    /// Creates blocks of equal particles, one for each species, with their temperatures and names.
     pub(super) fn of_species(kinds: Vec<Like>, temperatures: Vec<f64>, names: Vec<String>) -> Self {
         Self {
             kinds,
@@ -203,7 +204,8 @@ impl SizedParticles {
         }
     }
 
-    /// Returns species and classes of a gas of this volume.
+    /// Returns the species of the plan, and their size groups for theory, in a gas of a given
+    /// volume.
     pub(super) fn groups(&self, volume: f64) -> (Vec<SpeciesPlan>, Vec<SizeGroup>) {
         let count = self.kinds.len();
         let in_parts = |parts: usize| {
@@ -263,7 +265,7 @@ impl SizedParticles {
         classes
     }
 
-    /// Multiplies lengths, masses and energies, for other units.
+    /// Converts the particles to other units: factors of length, mass and energy.
     pub(super) fn scaled(mut self, length: f64, mass: f64, energy: f64) -> Self {
         for kind in &mut self.kinds {
             kind.radius /= length;
@@ -273,7 +275,7 @@ impl SizedParticles {
         self
     }
 
-    /// Mean of a value over the particles.
+    /// Computes the mean of a value over all particles.
     pub(super) fn mean(&self, value: impl Fn(&Like) -> f64) -> f64 {
         if let [one] = &self.kinds[..] {
             return value(one);
@@ -284,13 +286,13 @@ impl SizedParticles {
         sum / self.kinds.iter().map(|kind| kind.count).sum::<usize>() as f64
     }
 
-    /// Number of particles of all species together.
+    /// Returns the number of particles of all species together.
     pub(super) fn count(&self) -> usize {
         self.kinds.iter().map(|kind| kind.count).sum()
     }
 
-    /// Covered area or volume, with `ball` of the number and radius of like particles; tracers
-    /// cover nothing.
+    /// Computes the area or volume that particles cover; `ball` gives that of a number of particles
+    /// with a radius. Tracers cover nothing.
     pub(super) fn covered(&self, ball: impl Fn(f64, f64) -> f64) -> f64 {
         let kinds = self.kinds.iter().enumerate();
         kinds
@@ -300,10 +302,10 @@ impl SizedParticles {
     }
 }
 
-/// Largest number of species that can have a law for each pair.
+/// Largest number of species for which each pair can have its own restitution law.
 const MOST_IN_PAIRS: usize = 4096;
 
-/// Returns the normal law of a case, in engine units.
+/// Returns the law of normal restitution of a case, in engine units.
 pub(super) fn law(case: &Case, gas: &ResolvedGas) -> Result<Law, PlanError> {
     let species = gas.species.len();
     let one = |key: &str, written: RestitutionSpec, pair| one_law(key, written, gas, pair);
@@ -340,7 +342,7 @@ pub(super) fn law(case: &Case, gas: &ResolvedGas) -> Result<Law, PlanError> {
         .map_err(|error| PlanError::new("pair", error.found, error.allowed))
 }
 
-/// Returns the law of a key between two species.
+/// Converts the restitution law given by a key, between two species, to engine units.
 fn one_law(
     key: &str,
     written: RestitutionSpec,

@@ -1,4 +1,4 @@
-//! Gas from a start file: its box, its particles, and the changes that the plan makes to them.
+//! Gas from a start file: its box and particles, and the changes that the plan makes to them.
 
 use std::path::Path;
 
@@ -18,27 +18,29 @@ use super::free_volume::{free_volume, uncovered_volume};
 use super::gas::ResolvedGas;
 use super::species::SizedParticles;
 
-/// Largest overlap of a start that counts as rounding, over the mean diameter.
+/// Largest overlap of particles in a start file that counts as rounding, over the mean diameter.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
-/// Least temperature of a start file over the mean squared speed; below it is rounding.
+/// Smallest temperature of a start file over the mean squared speed; below it, thermal motion is
+/// rounding.
 const LEAST_WARMTH: f64 = 1e-24;
-/// Least drift over the thermal speed; below it is rounding.
+/// Smallest drift of a start file over the thermal speed; below it, the drift is rounding.
 const LEAST_DRIFT: f64 = 1e-12;
-/// Relative difference of two sides of a box that counts as rounding.
+/// Largest relative difference between sides of two boxes that counts as rounding.
 const SIDE_TOLERANCE: f64 = 1e-9;
-/// Relative rounding of numbers of single precision: half a unit of the last of 24 bits.
+/// Relative rounding error of single-precision numbers: half a unit of the last of 24 bits.
 const SINGLE_PRECISION: f64 = 1.0 / (1 << 24) as f64;
-/// Largest number of overlapping pairs that are moved apart.
+/// Largest number of overlapping pairs of a start file that are moved apart.
 const MOST_SEPARATIONS: usize = 10_000;
-/// Names of the axes.
+/// Names of the three axes in messages.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Creates an error about the key `start.file`.
-fn content(found: String, allowed: impl Into<String>) -> PlanError {
+/// Creates an error about the content of the file of the key `start.file`.
+fn content_error(found: String, allowed: impl Into<String>) -> PlanError {
     PlanError::new("start.file", found, allowed)
 }
 
-/// Start file of a case, with its name and the changes that the plan makes to its particles.
+/// Start file of a case while it is converted, with the changes that the plan makes to its
+/// particles.
 struct Source<'a> {
     case: &'a Case,
     name: &'a str,
@@ -47,15 +49,15 @@ struct Source<'a> {
     changes: Vec<String>,
 }
 
-/// Reads the start file of a case.
+/// Reads the start file of a case and checks the kind of its particles.
 ///
 /// # Errors
 /// [`PlanError`] if it cannot be read, or is of particles of another kind.
 fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
     let name = case.start.file.as_deref();
-    let name = name.ok_or_else(|| content("none".into(), "a file"))?;
+    let name = name.ok_or_else(|| content_error("none".into(), "a file"))?;
     let file = initial::read_start_file(&folder.join(name))
-        .map_err(|error| content(error.to_string(), "a start file as docs describe it"))?;
+        .map_err(|error| content_error(error.to_string(), "a start file as docs describe it"))?;
     let source = Source {
         case,
         name,
@@ -66,7 +68,7 @@ fn source<'a>(case: &'a Case, folder: &Path) -> Result<Source<'a>, PlanError> {
     Ok(source)
 }
 
-/// Creates a gas that is placed by a start file.
+/// Creates the gas of a case whose particles a start file places.
 pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<ResolvedGas, PlanError> {
     let mut source = source(case, folder)?;
     let dimension = case.gas.dimension as usize;
@@ -74,11 +76,11 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     let shear_offset = source.shear_offset(lengths[0])?;
     source.wrap(lengths, shear_offset)?;
     let species = FileSpecies::from_file(&source.file, case)?;
-    let warmth = source.warmth(&species.masses, temperature)?;
+    let warmth = source.start_temperature(&species.masses, temperature)?;
     let scale = if case.has_thermal_units() {
         UnitScale {
-            length: 2.0 * mean(&species.radii),
-            mass: mean(&species.masses),
+            length: 2.0 * exact_mean(&species.radii),
+            mass: exact_mean(&species.masses),
             energy: warmth,
         }
     } else {
@@ -90,9 +92,9 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     let file = scaled(source.file, scale);
     let species = species.scaled(scale);
     let lengths = lengths.map(|side| side / scale.length);
-    let volume = free_volume(case, &lengths, mean(&species.radii))?;
+    let volume = free_volume(case, &lengths, exact_mean(&species.radii))?;
     let covered: f64 = species.covered(dimension);
-    let mean_mass = mean(&species.masses);
+    let mean_mass = exact_mean(&species.masses);
     let temperature = warmth / scale.energy;
     let temperatures = match case.start.velocities {
         VelocitiesSpec::FILE => species.temperatures(&file, dimension, temperature),
@@ -116,29 +118,29 @@ pub(super) fn gas(case: &Case, folder: &Path, temperature: f64) -> Result<Resolv
     })
 }
 
-/// Velocities of a start file for particles that are placed otherwise.
+/// Velocities of a start file for particles that are placed by the case.
 pub(super) struct Dealt {
-    /// Particles of the gas, by species.
+    /// Particles of the gas, sorted by species.
     pub(super) particles: SizedParticles,
-    /// Velocities and spins in the order of species, in the units of the case.
+    /// Velocities and spins from the file in the order of species, in the units of the case.
     pub(super) file: StartFile,
-    /// Temperature, in the units of the case \[energy\].
+    /// Granular temperature of the velocities, in the units of the case \[energy\].
     pub(super) temperature: f64,
     /// Changes that the plan makes to the data of the file, one sentence each for the user.
     pub(super) changes: Vec<String>,
 }
 
-/// Reads the particles of a gas whose start file gives their velocities alone.
+/// Reads the particles of a case whose start file gives only their velocities.
 pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     let mut source = source(case, folder)?;
     let name = source.name;
     let species = FileSpecies::from_file(&source.file, case)?;
-    let temperature = source.warmth(&species.masses, 1.0)?;
+    let temperature = source.start_temperature(&species.masses, 1.0)?;
     let dimension = case.gas.dimension as usize;
     let temperatures = species.temperatures(&source.file, dimension, temperature);
     let (kinds, order) = species.blocks().ok_or_else(|| {
         let allowed = "sizes by which particles are species: at most 100 of them, and two particles of each on average";
-        content(format!("{name}: particles of many sizes"), allowed)
+        content_error(format!("{name}: particles of many sizes"), allowed)
     })?;
     source.changes.push(format!(
         "start.velocities: each replica deals the velocities of {name} to its particles in an order of its own, within species"
@@ -168,15 +170,16 @@ pub(super) fn dealt(case: &Case, folder: &Path) -> Result<Dealt, PlanError> {
     })
 }
 
-/// Mean of numbers; exact for equal numbers.
-fn mean(values: &[f64]) -> f64 {
+/// Computes the mean of numbers, exactly for equal numbers.
+fn exact_mean(values: &[f64]) -> f64 {
     match values {
         [first, rest @ ..] if rest.iter().all(|one| one == first) => *first,
         all => all.iter().sum::<f64>() / all.len() as f64,
     }
 }
 
-/// Converts the vectors of a start file to engine units; sizes are kept elsewhere.
+/// Converts positions, velocities and spins of a start file to engine units; radii and masses are
+/// stored elsewhere.
 pub(super) fn scaled(file: StartFile, scale: UnitScale) -> StartFile {
     let over = |list: Option<Vec<Vector3<f64>>>, unit: f64| {
         list.map(|all| all.into_iter().map(|one| one / unit).collect())
@@ -192,12 +195,12 @@ pub(super) fn scaled(file: StartFile, scale: UnitScale) -> StartFile {
 }
 
 impl Source<'_> {
-    /// Refuses particles of another dimension, and simulators that stand for several particles or
-    /// for less than one.
+    /// Checks that the file has particles of the right dimension, and no simulators of a weight
+    /// other than one.
     fn check_file(&self) -> Result<(), PlanError> {
         let (file, name) = (&self.file, self.name);
         if file.count() < 2 {
-            return Err(content("one particle".into(), "at least two"));
+            return Err(content_error("one particle".into(), "at least two"));
         }
         if self.case.gas.dimension == 2 {
             let positions = file.positions.iter().flatten();
@@ -212,7 +215,7 @@ impl Source<'_> {
             };
             if let Some(found) = found {
                 let allowed = "disks, which have one z and no velocity along it; gas.dimension = 3 reads spheres";
-                return Err(content(format!("{name}: spheres ({found})"), allowed));
+                return Err(content_error(format!("{name}: spheres ({found})"), allowed));
             }
         }
         if let Some(weight) = file.weights.iter().flatten().find(|&&one| one != 1.0) {
@@ -220,7 +223,7 @@ impl Source<'_> {
                 "{name}: a simulator with weight {}, no particle",
                 short(*weight)
             );
-            return Err(content(found, "particles, of weight 1"));
+            return Err(content_error(found, "particles, of weight 1"));
         }
         let start = &self.case.start;
         for (key, given, in_file) in [
@@ -250,8 +253,8 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// Returns the sides of the box, if it is one of the case: periodic where the case has no
-    /// faces.
+    /// Returns the sides of the box in the file, after checking that sides and periodic axes agree
+    /// with the case.
     fn lengths(&mut self) -> Result<[f64; 3], PlanError> {
         let dimension = self.case.gas.dimension as usize;
         let found = self.file.lengths.unwrap_or_default();
@@ -259,7 +262,10 @@ impl Source<'_> {
         for axis in 0..dimension {
             if found[axis] <= 0.0 {
                 let found = format!("{}: a box without a side along {}", self.name, AXES[axis]);
-                return Err(content(found, "positive sides, three of them for spheres"));
+                return Err(content_error(
+                    found,
+                    "positive sides, three of them for spheres",
+                ));
             }
             lengths[axis] = found[axis];
         }
@@ -291,7 +297,7 @@ impl Source<'_> {
                     "a box that is periodic there, as in the case; walls.{low} and walls.{high} of the case say what stands at \
                      its ends"
                 );
-                return Err(content(found, allowed));
+                return Err(content_error(found, allowed));
             }
             if !is_periodic && said[axis] {
                 self.changes.push(format!(
@@ -303,8 +309,9 @@ impl Source<'_> {
         Ok(lengths)
     }
 
-    /// Displacement of the box above along x at the start, from 0 to the width of the box, in the
-    /// units of the case \[length\]: the tilt of the box. Refuses one that is not of a shear flow.
+    /// Returns the displacement of the periodic image above along x at the start, from the tilt of
+    /// the file's box, in the units of the case \[length\]. An error if the tilt is not that of a
+    /// shear flow.
     fn shear_offset(&mut self, width: f64) -> Result<f64, PlanError> {
         let (tilt, name) = (self.file.shear_offset, self.name);
         let offset = wrapped(tilt, width);
@@ -314,7 +321,7 @@ impl Source<'_> {
         if !self.case.is_sheared() {
             let found = format!("{name}: a box that is tilted by {} along x", short(tilt));
             let allowed = "a rectangular box; a tilted one is that of a shear flow, which box.shear_rate makes";
-            return Err(content(found, allowed));
+            return Err(content_error(found, allowed));
         }
         let asked = self.case.start.equilibration.unwrap_or(0.0);
         let allowed = format!(
@@ -329,8 +336,8 @@ impl Source<'_> {
         Ok(offset)
     }
 
-    /// Moves particles into a box along its periodic axes, where the box above is displaced by
-    /// `shear_offset` along x; refuses particles beyond its other ends.
+    /// Moves particles into the box along its periodic axes; the periodic image above is displaced
+    /// by `shear_offset` along x. An error for particles outside along other axes.
     fn wrap(&mut self, lengths: [f64; 3], shear_offset: f64) -> Result<(), PlanError> {
         let dimension = self.case.gas.dimension as usize;
         let periodic = |axis: usize| *self.case.walls.face_at(axis, 0) == FaceSpec::default();
@@ -341,9 +348,9 @@ impl Source<'_> {
         });
         let domain = Domain::<Volume>::periodic(lengths.map(|side| side.max(1e-300)).into())
             .and_then(|domain| domain.sheared(shear))
-            .map_err(|error| content(format!("{}: {error}", self.name), "positive sides"))?;
+            .map_err(|error| content_error(format!("{}: {error}", self.name), "positive sides"))?;
         let positions = self.file.positions.as_mut();
-        let none = || content(format!("{}: no positions", self.name), "columns x and y");
+        let none = || content_error(format!("{}: no positions", self.name), "columns x and y");
         let mut moved = 0;
         for (index, position) in positions.ok_or_else(none)?.iter_mut().enumerate() {
             let inside = domain.wrap(*position);
@@ -359,7 +366,7 @@ impl Source<'_> {
                         short(position[axis])
                     );
                     let allowed = format!("places from 0 to {}", short(lengths[axis]));
-                    return Err(content(found, allowed));
+                    return Err(content_error(found, allowed));
                 }
             }
             moved += usize::from(before != *position);
@@ -373,16 +380,16 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// Temperature of the start, in the units of the case \[energy\]. In a periodic box without
-    /// gravity and spin the drift is subtracted from the velocities.
-    fn warmth(&mut self, masses: &[f64], temperature: f64) -> Result<f64, PlanError> {
+    /// Returns the granular temperature of the start, in the units of the case \[energy\]. In a
+    /// periodic box without gravity and spin, the drift is subtracted from the velocities.
+    fn start_temperature(&mut self, masses: &[f64], temperature: f64) -> Result<f64, PlanError> {
         if self.case.start.velocities != VelocitiesSpec::FILE {
             return Ok(temperature);
         }
         let name = self.name;
         let Some(velocities) = &mut self.file.velocities else {
             let allowed = "columns vx and vy (velo), or velocities = \"maxwellian\"";
-            return Err(content(format!("{name}: no velocities"), allowed));
+            return Err(content_error(format!("{name}: no velocities"), allowed));
         };
         let square = velocities.iter().map(Vector3::norm_squared);
         let square = square.fold(0.0, f64::max);
@@ -399,7 +406,7 @@ impl Source<'_> {
             let found = format!("{name}: a granular temperature of {}", short(found));
             let allowed =
                 "velocities that give one above rounding; velocities = \"maxwellian\" draws some";
-            return Err(content(found, allowed));
+            return Err(content_error(found, allowed));
         }
         if self.case.is_uniform() {
             for velocity in velocities {
@@ -417,7 +424,7 @@ impl Source<'_> {
         Ok(found)
     }
 
-    /// Notes that particles start without spin where neither file nor case gives one.
+    /// Adds the note that particles start without spin if neither file nor case gives one.
     fn tell_spins(&mut self) {
         let start = &self.case.start;
         let spins = self.case.gas.tangential_restitution.is_some();
@@ -430,7 +437,7 @@ impl Source<'_> {
         }
     }
 
-    /// Notes that the file has numbers of single precision.
+    /// Adds the note that the file has single-precision numbers.
     fn tell_precision(&mut self) {
         if self.file.is_single_precision {
             self.changes.push(format!(
@@ -440,7 +447,7 @@ impl Source<'_> {
         }
     }
 
-    /// Notes that units of the engine round the values of the file.
+    /// Adds the note that conversion to engine units rounds the values of the file.
     fn tell_units(&mut self, scale: UnitScale) {
         if scale.length != 1.0 || scale.mass != 1.0 || scale.energy != 1.0 {
             self.changes.push(format!(
@@ -453,7 +460,7 @@ impl Source<'_> {
 }
 
 impl CasePlan {
-    /// Box of disks as it is at the start of a shear flow.
+    /// Returns the box of disks at the start of a shear flow.
     fn box_of_start(&self) -> Result<Domain<Plane>, PlanError> {
         let domain = Confinement::<Plane>::from_plan(self)?.domain;
         // With a displacement of at most half the width, one image on each side is enough.
@@ -466,8 +473,8 @@ impl CasePlan {
             .map_err(|error| PlanError::new("box.shear_rate", error.found, error.allowed))
     }
 
-    /// Moves disks apart that overlap only by the rounding of a file of single precision, where
-    /// engines keep disks apart. Deeper overlaps are left, to be refused.
+    /// Moves disks apart that overlap only by the rounding of a single-precision file, if engines
+    /// require it. Deeper overlaps are left, and lead to an error later.
     pub(super) fn separate_rounded(&mut self) -> Result<(), PlanError> {
         let placed = self.case.start.placement == PlacementSpec::File;
         if self.dimension != 2 || !placed || !self.keeps_apart() {
@@ -481,7 +488,8 @@ impl CasePlan {
         let radius = |index: usize| sizes[index].0;
         let mut places: Vec<_> = positions.iter().map(Vector3::xy).collect();
         let tolerance = OVERLAP_TOLERANCE * 2.0 * self.mean_radius();
-        // Each component of a distance is rounded by 2^-24 of a side at most, and so is the diameter.
+        // Each component of a distance is rounded by 2^-24 of a side at most, and so is the
+        // diameter.
         let rounding = 2.0 * SINGLE_PRECISION * self.lengths[0].max(self.lengths[1]);
         let (mut pairs, mut deepest) = (0, 0.0_f64);
         while pairs < MOST_SEPARATIONS
@@ -515,8 +523,8 @@ impl CasePlan {
         Ok(())
     }
 
-    /// Refuses the particles of a start file that overlap each other, walls or bodies, where the
-    /// engines keep them apart.
+    /// Returns an error if particles of a start file overlap each other, walls or obstacles,
+    /// although an engine forbids it.
     pub(super) fn check_file(&self) -> Result<(), PlanError> {
         let positions = self.file.as_ref().and_then(|file| file.positions.as_ref());
         let (Some(positions), Some(name)) = (positions, &self.case.start.file) else {
@@ -541,7 +549,7 @@ impl CasePlan {
                         "{name}: particle {index} (counted from 0) overlaps {what} by {}",
                         short(depth * self.scale.length)
                     );
-                    return Err(content(found, "particles that at most touch"));
+                    return Err(content_error(found, "particles that at most touch"));
                 }
             }
         });
@@ -570,7 +578,7 @@ impl CasePlan {
             } else {
                 "touching disks"
             };
-            return Err(content(found, allowed));
+            return Err(content_error(found, allowed));
         }
         let widest = sizes.iter().map(|one| 2.0 * one.0).fold(0.0, f64::max);
         let narrow =
@@ -579,6 +587,6 @@ impl CasePlan {
         let found = format!("{name}: a box of {x} x {y}");
         let wide = !narrow(0) && !narrow(1);
         wide.then_some(())
-            .ok_or_else(|| content(found, "sides longer than one disk is wide"))
+            .ok_or_else(|| content_error(found, "sides longer than one disk is wide"))
     }
 }

@@ -1,4 +1,5 @@
-//! Kinetic theory of a case.
+//! Kinetic theory of a case in its plan: collision rates, Haff's law, steady states and expected
+//! collisions.
 
 use stosszahl_analysis::theory::{
     Component, ContactValues, MaxwellianMixture, Moment, TheoryError, UniformShear, delta_model,
@@ -8,8 +9,8 @@ use stosszahl_model::{Law, Restitution as _, Space as _, Volume, kinetic};
 
 use super::data::{CasePlan, PlanError, SizeGroup, in_space};
 
-/// Returns Haff's time of the start, twice the energy over the rate of its loss, and the mean free
-/// time; infinite where nothing is lost or nothing collides. `weight` is the share of a class.
+/// Computes Haff's time of the start, twice the energy over its loss rate, and the mean free time.
+/// Both are infinite without dissipation or collisions. `weight` is the share of a size group.
 pub(super) fn rates(
     classes: &[SizeGroup],
     mixture: &MaxwellianMixture<Law>,
@@ -29,14 +30,15 @@ pub(super) fn rates(
     [over(2.0 * energy, loss), over(particles, hits)]
 }
 
-/// Cross-section of particles whose radii add up to a distance \[length^(D-1)\].
+/// Returns the cross-section of a pair of particles whose radii add up to a distance
+/// \[length^(D-1)\].
 fn cross_section(dimension: usize, distance: f64) -> f64 {
     in_space!(dimension, S => S::cross_section(distance))
 }
 
-/// Mean over the particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)` \[length\], the mean free path
-/// of a dilute mixture at one temperature (Kawasaki 1985, A.1; Bird 1976), by count, radius and
-/// mass of like particles.
+/// Computes the mean free path of a dilute mixture at one temperature \[length\]: the mean over the
+/// particles of `1/sum_q n_q s_pq sqrt(1 + m_p/m_q)` (Kawasaki 1985, A.1; Bird 1976). `sizes` has
+/// count, radius and mass of equal particles.
 pub(super) fn dilute_path(sizes: &[(f64, f64, f64)], volume: f64, dimension: usize) -> f64 {
     let total: f64 = sizes.iter().map(|one| one.0).sum();
     let path = |&(number, own, own_mass): &(f64, f64, f64)| {
@@ -49,8 +51,8 @@ pub(super) fn dilute_path(sizes: &[(f64, f64, f64)], volume: f64, dimension: usi
 }
 
 impl CasePlan {
-    /// Returns the contact values of the theory: as the case gives them without a box, by Enskog's
-    /// theory in a box.
+    /// Returns the contact values that theory uses: those of the case without a box, Enskog's in a
+    /// box.
     pub fn contact(&self) -> ContactValues {
         let is_dilute = self.case.gas.pair_correlation == PairCorrelationSpec::Boltzmann;
         if is_dilute && !self.has_box() {
@@ -60,7 +62,7 @@ impl CasePlan {
         }
     }
 
-    /// Returns the kinetic equations of the classes.
+    /// Creates the kinetic equations of the size groups of the case.
     ///
     /// # Errors
     /// [`TheoryError`] if the gas has none.
@@ -74,13 +76,13 @@ impl CasePlan {
         MaxwellianMixture::new(self.dimension, components.collect(), law, self.contact())
     }
 
-    /// Returns the temperatures of the classes at the start \[energy\].
+    /// Returns the initial temperatures of the size groups \[energy\].
     pub fn temperatures(&self) -> Vec<f64> {
         self.classes.iter().map(|class| class.temperature).collect()
     }
 
-    /// Returns true if the theory of one species of smooth particles with a constant restitution
-    /// applies, in a uniform gas.
+    /// Returns true if theory for a uniform gas of one species of smooth particles with constant
+    /// restitution applies.
     pub fn has_theory(&self) -> bool {
         let sizes = !matches!(
             self.grains.sizes,
@@ -100,8 +102,8 @@ impl CasePlan {
             && self.law.constant().is_some()
     }
 
-    /// Fourth cumulant of the homogeneous cooling state, or of the steady state in a bath; 0
-    /// for an elastic gas.
+    /// Computes the fourth cumulant a2 of the homogeneous cooling state, or of the steady state in
+    /// a bath; 0 for an elastic gas.
     pub fn fourth_cumulant(&self) -> f64 {
         match self.bath_state() {
             Some(state) => state.fourth_cumulant,
@@ -109,7 +111,7 @@ impl CasePlan {
         }
     }
 
-    /// Enskog's collision rate per particle \[1/engine time\].
+    /// Computes Enskog's collision rate per particle at the start \[1/engine time\].
     pub fn collision_rate(&self) -> f64 {
         if self.is_disk_fluid() {
             kinetic::collision_rate(
@@ -122,7 +124,7 @@ impl CasePlan {
         }
     }
 
-    /// Enskog's mean free path \[engine length\].
+    /// Computes Enskog's mean free path \[engine length\].
     pub fn mean_free_path(&self) -> f64 {
         let (packing, chi, diameter) = (
             self.packing_fraction,
@@ -136,14 +138,15 @@ impl CasePlan {
             }
     }
 
-    /// Mean free path of the dilute mixture at one temperature \[engine length\].
+    /// Computes the mean free path of the dilute mixture at one temperature \[engine length\].
     pub fn dilute_mean_free_path(&self) -> f64 {
         let sizes = self.classes.iter();
         let sizes = sizes.map(|class| (class.count as f64, 0.5 * class.diameter, class.mass));
         dilute_path(&sizes.collect::<Vec<_>>(), self.volume, self.dimension)
     }
 
-    /// Collision rate of a particle in the uniform dilute box \[1/engine time\].
+    /// Computes the collision rate of a particle at the start in the uniform dilute gas \[1/engine
+    /// time\].
     pub fn dilute_collision_rate(&self) -> f64 {
         let total: f64 = self.classes.iter().map(|class| class.count as f64).sum();
         let mean_speed = match self.dimension {
@@ -162,7 +165,7 @@ impl CasePlan {
         rates.sum()
     }
 
-    /// Time of the case over Haff's time; `None` in a gas that does not cool.
+    /// Converts a time of the case to units of Haff's time; `None` in a gas that does not cool.
     pub fn time_over_haff(&self, time: f64) -> Option<f64> {
         let haff = self.haff_time.is_finite() && self.haff_time > 0.0;
         haff.then(|| match self.time_unit {
@@ -171,22 +174,22 @@ impl CasePlan {
         })
     }
 
-    /// Energy over the energy of the start at a time of the case, by Haff's law with its Sonine
-    /// factor; `None` where it does not apply, as for a gas that is in a bath or scaled.
+    /// Computes the energy at a time of the case over that of the start, by Haff's law with its
+    /// Sonine factor; `None` if the law does not apply, as with a thermostat.
     pub fn haff_ratio(&self, time: f64) -> Option<f64> {
         let free = self.case.thermostat.is_none();
         (free && self.has_theory()).then(|| self.haff_law(time))
     }
 
-    /// Energy ratio by Haff's law with its Sonine factor.
+    /// Computes the energy ratio K/K(0) at a time of the case by Haff's law with its Sonine factor.
     fn haff_law(&self, time: f64) -> f64 {
         self.time_over_haff(time)
             .map_or(1.0, |time| kinetic::haff_law(time, self.fourth_cumulant()))
     }
 
-    /// Growth, up to a time of the case, of a quantity that grows from 0 with the time of a freely
-    /// cooling gas. If a thermostat scales velocities, a gas of the temperature of the start begins
-    /// again after each interval.
+    /// Computes the growth, up to a time of the case, of a quantity that grows from 0 as `free` in
+    /// a freely cooling gas. If a thermostat scales velocities, the gas starts again at the initial
+    /// temperature after each interval.
     pub(crate) fn passed(&self, time: f64, free: impl Fn(f64) -> f64) -> f64 {
         let Some(interval) = self.case.rescaling() else {
             return free(time);
@@ -196,9 +199,9 @@ impl CasePlan {
         intervals * free(interval) + free(rest)
     }
 
-    /// Logarithm by which the thermal speed has fallen up to a time of the case by Haff's law,
-    /// without any scaling, with its Sonine factor or without; `None` where the gas does not cool
-    /// by that law.
+    /// Computes the logarithm by which the thermal speed has fallen up to a time of the case, by
+    /// Haff's law with or without its Sonine factor, ignoring any scaling; `None` if the gas does
+    /// not cool by that law.
     pub fn cooling_logarithm(&self, time: f64, with_cumulant: bool) -> Option<f64> {
         let cools = self.has_theory() && self.case.bath().is_none() && self.restitution < 1.0;
         cools.then(|| {
@@ -209,9 +212,9 @@ impl CasePlan {
         })
     }
 
-    /// Collisions per particle that theory expects up to a time of the case; rough without a
-    /// theory, and with walls or gravity the number in the uniform gas at the temperature of the
-    /// start.
+    /// Estimates the collisions per particle up to a time of the case by theory. Without one the
+    /// estimate is rough; with walls or gravity it is that of the uniform gas at the initial
+    /// temperature.
     pub fn expected_collisions(&self, time: f64) -> f64 {
         let rate = 1.0 / self.mean_free_time;
         if self.case.bath().is_some() {
@@ -233,7 +236,8 @@ impl CasePlan {
         })
     }
 
-    /// Share of a run that is done at a time of the case, by the collisions that theory expects.
+    /// Estimates the share of a run's work that is done at a time of the case, by its expected
+    /// collisions.
     pub fn done_share(&self, time: f64) -> f64 {
         let all = self.expected_collisions(self.case.run.until);
         if all > 0.0 && all.is_finite() {
@@ -243,9 +247,9 @@ impl CasePlan {
         }
     }
 
-    /// Returns the temperatures of the species over the temperature of the start at the sample
-    /// times, by Enskog's equations in as many Sonine orders as are quick, solved once; `None`
-    /// where they do not apply.
+    /// Computes the temperatures of the species over that of the start, at the sample times, by
+    /// Enskog's equations in as many Sonine orders as are quick. They are solved once; `None` if
+    /// they do not apply.
     pub fn partial_temperatures(&self) -> Option<&[Vec<f64>]> {
         let solved = self.partial_temperatures.get_or_init(|| {
             let constant = !matches!(self.law, Law::Viscoelastic(_));
@@ -266,15 +270,15 @@ impl CasePlan {
         solved.as_deref()
     }
 
-    /// Checks a gas that sticks.
+    /// Checks that a gas with aggregation has one species and no box.
     pub(super) fn check_sticking(&self) -> Result<(), PlanError> {
         let good = self.case.aggregation.is_none() || !self.has_box() && self.classes.len() == 1;
         let allowed = "one species in a gas without [box]";
         PlanError::require(good, "aggregation", "particles that stick", allowed)
     }
 
-    /// Temperature of the steady state over the temperature of the start, by Enskog's theory with
-    /// its Sonine correction; `None` for a gas that has no such state or no such theory.
+    /// Computes the steady temperature over that of the start, by Enskog's theory with its Sonine
+    /// correction; `None` for a gas without a steady state or without theory.
     pub fn steady_temperature(&self) -> Option<f64> {
         if self.case.bath().is_some() {
             return self.steady_guess().filter(|_| self.has_theory());
@@ -282,9 +286,9 @@ impl CasePlan {
         self.steady_state().map(|moment| moment.temperatures[0])
     }
 
-    /// Collisions per particle up to a time of the case in a uniform shear flow, by the kinetic
-    /// model of dilute gases at the collision rate of this density; `None` without a flow. The
-    /// model knows no stress of collisions, so dense gases collide more often.
+    /// Computes the collisions per particle up to a time of the case in a uniform shear flow, by
+    /// the kinetic model of dilute gases at the collision rate of this density; `None` without
+    /// shear. The model lacks collisional stress, so dense gases collide more often.
     fn collisions_in_flow(&self, time: f64) -> Option<f64> {
         let (flow, rate) = self.shear_flow()?;
         let chi = self.contact_value;
@@ -299,27 +303,28 @@ impl CasePlan {
         Some(found.elapsed / self.mean_free_time)
     }
 
-    /// Theory of uniform shear flow in a dilute gas with the restitution of the case, and the shear
-    /// rate in engine units; `None` without a flow.
+    /// Returns the theory of uniform shear flow in a dilute gas with the restitution of the case,
+    /// and the shear rate in engine units; `None` without shear.
     pub(crate) fn shear_flow(&self) -> Option<(UniformShear, f64)> {
         let rate = self.grains.shear_rate?;
         Some((UniformShear::new(self.dimension, self.restitution), rate))
     }
 
-    /// Relaxation rate of stresses in a dilute gas at T = m = 1, in engine units.
+    /// Computes the relaxation rate of the stress in a dilute gas at T = m = 1, in engine units.
     pub(crate) fn shear_relaxation(&self) -> f64 {
         let density = self.count() as f64 / self.volume;
         UniformShear::relaxation_rate(self.dimension, density, 2.0 * self.mean_radius())
     }
 
-    /// Returns true if contacts heat, so that a gas without walls or bath reaches a steady state.
+    /// Returns true if contacts may add energy, so that a gas without walls or bath reaches a
+    /// steady state.
     pub fn heats_itself(&self) -> bool {
         self.law.max_added_speed() > 0.0
     }
 
-    /// Returns the moments of the steady state of a uniform gas that its contacts heat, by Enskog's
-    /// equations in as many Sonine orders as are quick, solved once. Its temperature is over that
-    /// of the start. `None` where they do not apply.
+    /// Computes the steady state of a uniform gas that its contacts heat, by Enskog's equations in
+    /// as many Sonine orders as are quick, solved once. The temperature is over that of the start.
+    /// `None` if the equations do not apply.
     pub fn steady_state(&self) -> Option<&Moment> {
         let solved = self.steady_state.get_or_init(|| {
             let uniform = self.is_uniform() && self.classes.len() == 1 && !self.is_rough();

@@ -1,24 +1,23 @@
-//! Sample times of a run, and their checks.
+//! Sample times of a run and its time blocks: defaults, choices and checks.
 
 use super::data::{CasePlan, PlanError};
 
-/// Largest number of samples of a run.
+/// Largest number of sample times of a run.
 const MOST_SAMPLES: f64 = 1e6;
-/// Default number of samples in each factor of ten.
+/// Default number of samples per factor of ten in time.
 const PER_DECADE: u64 = 12;
-/// Default number of samples of a gas with walls, obstacles or gravity.
+/// Default number of samples at equal intervals, for a gas with walls, obstacles or gravity.
 const EQUAL_SAMPLES: u64 = 400;
 
-/// Default number of blocks of time, from which averages and their errors come, if the number of
-/// samples allows it.
+/// Default number of time blocks for averages and their errors, if the number of samples allows it.
 const BLOCKS: u64 = 40;
-/// Fewest blocks of time by default.
+/// Smallest default number of time blocks for averages.
 const FEWEST_BLOCKS: u64 = 10;
-/// Most blocks of time by default.
+/// Largest default number of time blocks for averages.
 const MOST_BLOCKS: u64 = 160;
 
-/// Number of blocks with equal numbers of samples that is nearest to 40, as a factor; `None` if
-/// there is none from 10 to 160. Fewer than 10 samples are a block each.
+/// Returns the number of time blocks with equal numbers of samples whose ratio to 40 is nearest to
+/// one; `None` if none from 10 to 160 divides the samples. Fewer than 10 samples are a block each.
 fn blocks_of(samples: u64) -> Option<u64> {
     let fewest = FEWEST_BLOCKS.min(samples).max(1);
     let fits = |blocks: &u64| samples.is_multiple_of(*blocks);
@@ -28,7 +27,7 @@ fn blocks_of(samples: u64) -> Option<u64> {
         .min_by(|&a, &b| off(a).total_cmp(&off(b)))
 }
 
-/// Returns a grid in equal factors from the first time on, and last the end exactly; a point that
+/// Returns times in equal factors from the first time on, and last exactly the end. A time that
 /// almost coincides with the end is left out.
 pub fn logarithmic(first: f64, until: f64, per_decade: u64) -> impl Iterator<Item = f64> {
     (0..)
@@ -38,7 +37,8 @@ pub fn logarithmic(first: f64, until: f64, per_decade: u64) -> impl Iterator<Ite
 }
 
 impl CasePlan {
-    /// Number of samples at equal intervals; `None` where they are not equal.
+    /// Returns the number of samples at equal intervals; `None` if samples are in equal factors of
+    /// time.
     pub fn equal_samples(&self) -> Option<u64> {
         let run = &self.case.run;
         let is_settling =
@@ -46,19 +46,19 @@ impl CasePlan {
         run.samples.or(is_settling.then_some(EQUAL_SAMPLES))
     }
 
-    /// Time of the first sample after the start, with samples in equal factors of time.
+    /// Returns the time of the first sample after the start, for samples in equal factors of time.
     pub fn first_sample(&self) -> f64 {
         let run = &self.case.run;
         run.first_sample.unwrap_or(run.until / 1000.0)
     }
 
-    /// Number of samples in each factor of ten of time.
+    /// Returns the number of samples per factor of ten in time.
     pub fn samples_per_decade(&self) -> u64 {
         self.case.run.samples_per_decade.unwrap_or(PER_DECADE)
     }
 
-    /// Returns the times of the samples, in the unit of time of the case: 0, then at equal
-    /// intervals or in equal factors, and last the end of the run exactly.
+    /// Returns the sample times in the unit of time of the case: 0, then at equal intervals or in
+    /// equal factors, and last exactly the end of the run.
     pub fn sample_times(&self) -> Vec<f64> {
         let until = self.case.run.until;
         if let Some(samples) = self.equal_samples() {
@@ -70,12 +70,12 @@ impl CasePlan {
         std::iter::once(0.0).chain(grid).collect()
     }
 
-    /// Default number of blocks of time of measures of flows.
+    /// Returns the default number of time blocks for measures of flows.
     pub fn default_blocks(&self) -> u64 {
         self.equal_samples().and_then(blocks_of).unwrap_or(BLOCKS)
     }
 
-    /// Chooses the number of blocks of time, and notes it where it is not 40.
+    /// Chooses the number of time blocks, and adds a note if it is not 40.
     pub(super) fn choose_blocks(&mut self) -> Result<(), PlanError> {
         let measures = &self.case.measure;
         let is_written = |name: &str| {

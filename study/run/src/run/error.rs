@@ -1,4 +1,4 @@
-//! Errors that end a run early.
+//! Errors that end a run early, with its case, folder, memory or a replica.
 
 use stosszahl_case::CaseError;
 use stosszahl_model::snapshot::SnapshotError;
@@ -13,28 +13,28 @@ pub(crate) const MOST_THREADS: usize = 1024;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// Case that cannot be run.
+    /// The case cannot be run.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// Error of the results folder.
+    /// The results folder cannot be used.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// Journal that cannot be written or read.
+    /// The journal of finished replicas cannot be written or read.
     #[error(transparent)]
     Journal(#[from] SnapshotError),
-    /// Number of threads out of range.
+    /// The number of threads is out of range.
     #[error("{found} threads; allowed: from 1 to {MOST_THREADS}")]
     Threads {
         /// Requested number of threads.
         found: usize,
     },
-    /// Threads that cannot be started.
+    /// Threads cannot be started.
     #[error("threads: {0}")]
     Pool(#[from] rayon::ThreadPoolBuildError),
-    /// Failed pilot run of `[accuracy]`.
+    /// The pilot run of `[accuracy]` failed.
     #[error("pilot of accuracy.target: {0}")]
     Pilot(#[source] PartError),
-    /// Memory above the limit.
+    /// The run needs more memory than is available.
     #[error(
         "the run needs about {:.1} GiB and {:.1} GiB are free; fewer particles, simulators or threads need less; \
          --ignore-memory-limit runs it all the same",
@@ -43,35 +43,35 @@ pub enum RunError {
     Memory {
         /// Estimated memory of the whole process \[bytes\].
         needed: f64,
-        /// Free memory \[bytes\].
+        /// Available memory \[bytes\].
         available: f64,
     },
-    /// Missing replicas, or a part of a run that cannot be read.
+    /// Replicas are missing, or a part of a run cannot be read; in words.
     #[error("{0}")]
     Incomplete(String),
-    /// The processes that share a run cannot continue together.
+    /// The processes that share a run cannot continue together; in words.
     #[error("{0}")]
     Processes(String),
-    /// No gas of the case can be held by several processes.
+    /// No gas of the case can be decomposed over several processes.
     #[error(
         "no gas of this case can be held by several processes; allowed: Monte Carlo engines in cells, [engine.dsmc-...] with a \
          [box]. Several processes share the replicas of any case with `stosszahl run --join`"
     )]
     NothingToDecompose,
-    /// One replica failed, or all of them.
+    /// A replica failed, alone or with all others.
     #[error("replica {replica}, {part}: {source}")]
     Replica {
-        /// Number of the replica, from 0.
+        /// Number of the failed replica, from 0.
         replica: u64,
-        /// Name of the part: `start`, or the engine.
+        /// Name of the failed part: `start`, or the engine.
         part: String,
-        /// Error of the part.
+        /// Error of the failed part.
         source: Box<PartError>,
     },
 }
 
 impl RunError {
-    /// Returns true if the run only stopped because it was asked to.
+    /// Returns true if the run was only interrupted.
     pub fn is_interruption(&self) -> bool {
         let source = match self {
             Self::Replica { source, .. } => source,
@@ -81,7 +81,7 @@ impl RunError {
         source.is_interruption()
     }
 
-    /// Returns true if the case is at fault and cannot be started.
+    /// Returns true if the case cannot be started as it is.
     pub fn is_refusal(&self) -> bool {
         match self {
             Self::Case(_)
@@ -95,7 +95,7 @@ impl RunError {
         }
     }
 
-    /// Returns true if the gas itself cannot continue.
+    /// Returns true if the run ended because the gas itself cannot continue.
     pub(crate) fn is_of_gas(&self) -> bool {
         matches!(self, Self::Replica { source, .. } if source.is_of_gas())
     }

@@ -1,4 +1,4 @@
-//! Options of a run, besides its case.
+//! Options of a run in addition to its case: results folder, threads, memory limit.
 
 use std::path::PathBuf;
 
@@ -16,18 +16,18 @@ pub struct RunOptions<'a> {
     pub existing: Existing,
     /// Number of threads; all cores by default.
     pub threads: Option<usize>,
-    /// True to ignore the memory limit.
+    /// True to start even if the run needs more memory than is available.
     pub ignore_memory_limit: bool,
     /// Interrupt that stops the run within a second.
     pub stop: &'a Interrupt,
-    /// Receiver of progress messages.
+    /// Receiver of progress reports of the run.
     pub progress: &'a dyn Progress,
-    /// Commit from which the program was built, for the manifest; may be empty.
+    /// Commit from which the program was built, for the manifest; empty if unknown.
     pub commit: &'a str,
 }
 
 impl RunOptions<'_> {
-    /// Memory limit of the run \[bytes\]; `None` if unknown or ignored.
+    /// Returns the available memory \[bytes\]; `None` if it is unknown or to be ignored.
     pub(crate) fn free_memory(&self) -> Option<f64> {
         available_memory().filter(|_| !self.ignore_memory_limit)
     }

@@ -1,38 +1,38 @@
-//! Summary of a run: folder, points and verdicts.
+//! Summary of a run for its caller: results folder, points and verdicts.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use stosszahl_results::{Folder, VerdictText};
 
-/// Results of a run.
+/// Summary of a run: its results folder and its points.
 #[derive(Clone, Debug)]
 pub struct RunSummary {
     /// Path of the results folder.
     pub folder: PathBuf,
-    /// True if the run is a sweep.
+    /// True if the run is a sweep with several points.
     pub is_sweep: bool,
-    /// Points, in the order of the case.
+    /// Summaries of the points, in the order of the case.
     pub points: Vec<PointSummary>,
-    /// Results folder, which no other process writes into until this is dropped; write the report
-    /// before.
+    /// Results folder, locked by this process until the value is dropped. The report must be
+    /// written before.
     pub held: Arc<Folder>,
     /// True if this process, of all that share the folder, must write the report.
     pub is_reporter: bool,
 }
 
-/// Results of one point of a run.
+/// Summary of one sweep point of a run.
 #[derive(Clone, Debug)]
 pub struct PointSummary {
-    /// Name of the point; empty without a sweep.
+    /// Name of the sweep point; empty without a sweep.
     pub name: String,
-    /// Folder of the point.
+    /// Path of the folder of the point.
     pub folder: PathBuf,
-    /// True if the point was complete before.
+    /// True if the point was complete before this call.
     pub was_complete: bool,
-    /// Wall time of the point in this call \[s\].
+    /// Wall time spent on the point in this call \[s\].
     pub seconds: f64,
-    /// Verdicts, the most important first.
+    /// Verdicts on the point, the most important first.
     pub verdicts: Vec<VerdictText>,
     /// Choices that the program made, with the reasons.
     pub choices: Vec<String>,

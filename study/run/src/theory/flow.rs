@@ -1,4 +1,4 @@
-//! Theory of a flow, where there is one in closed form. All numbers are in engine units.
+//! Theory of flows with a closed form, such as a settled column. All numbers are in engine units.
 
 use stosszahl_analysis::theory::rough::{RoughGas, Temperatures};
 use stosszahl_analysis::theory::sonine::MOST_ROUGH_ORDERS;
@@ -8,12 +8,12 @@ use stosszahl_model::Space as _;
 
 use crate::plan::{CasePlan, EngineKind, EnginePlan, SpeciesPlan, in_space};
 
-/// Returns true if contacts, walls and obstacles conserve the energy of particles, and nothing
-/// leaves, is kicked or sheared.
+/// Returns true if the gas conserves its energy: contacts, walls and obstacles dissipate none, and
+/// there are no openings, kicks or shear.
 pub fn keeps_energy(plan: &CasePlan) -> bool {
     let specular = |face: &FaceSpec| match face {
         FaceSpec::Word(word) => *word != FaceWord::Open,
-        FaceSpec::Wall(wall) => keeps(wall),
+        FaceSpec::Wall(wall) => conserves_energy(wall),
     };
     let obstacles = plan.case.obstacle.iter().all(|obstacle| {
         obstacle.temperature.is_none()
@@ -26,9 +26,9 @@ pub fn keeps_energy(plan: &CasePlan) -> bool {
     plan.is_elastic() && !driven && plan.case.walls.all_faces().all(specular) && obstacles && ends
 }
 
-/// Returns true if a wall conserves the energy of particles: it reverses velocities, and does not
-/// move if it has friction.
-fn keeps(wall: &WallSpec) -> bool {
+/// Returns true if a wall conserves the energy of particles: it reverses velocities and, if it has
+/// friction, does not move.
+fn conserves_energy(wall: &WallSpec) -> bool {
     let slip = wall.slip.unwrap_or(1.0);
     let slides = wall.sliding.iter().flatten().any(|&v| v != 0.0);
     wall.restitution == Some(1.0)
@@ -37,19 +37,19 @@ fn keeps(wall: &WallSpec) -> bool {
         && (slip == 1.0 || !slides)
 }
 
-/// Temperature of rotation at the start \[energy\].
+/// Returns the temperature of rotation at the start \[energy\].
 fn spin_temperature(plan: &CasePlan) -> f64 {
     let written = plan.case.start.spin_temperature;
     written.map_or(plan.temperature, |t| t / plan.scale.energy)
 }
 
-/// Returns true if particles collide at the rate of a dilute gas at any density.
+/// Returns true if particles of an engine collide at the rate of a dilute gas at any density.
 pub fn is_dilute(engine: &EnginePlan) -> bool {
     matches!(&engine.kind, EngineKind::MonteCarlo(one) if one.scheme.is_dilute())
 }
 
-/// Temperatures of translation and rotation at some engine times, of a homogeneous gas of equal
-/// rough particles at the collision rate of an engine; `None` of other gases.
+/// Computes the temperatures of translation and rotation, at some engine times, of a homogeneous
+/// gas of equal rough particles at the collision rate of an engine; `None` for other gases.
 ///
 /// # Errors
 /// [`TheoryError`] if its equations cannot be solved.
@@ -88,8 +88,8 @@ pub fn cooling(
     Ok(Some(found))
 }
 
-/// Computes the settled column of an engine: an elastic dilute gas between still walls at the ends
-/// of the second axis, along which gravity points.
+/// Computes the barometric column of an engine: an elastic dilute gas that has settled between
+/// walls at rest, at the ends of the second axis, along gravity. `None` for other gases.
 ///
 /// # Errors
 /// [`TheoryError`] if its equation cannot be solved.
@@ -101,7 +101,8 @@ pub fn column(
     let Some(gravity) = plan.grains.gravity else {
         return Ok(None);
     };
-    // Exact dynamics needs room for its particles at the start, so that points do not begin uniform beside it.
+    // Exact dynamics needs room for its particles at the start, so that points do not begin uniform
+    // beside it.
     let centre = |act: Option<WallsActOn>| act.is_none_or(|place| place == WallsActOn::Centre);
     let points = engine.name == "dsmc-boltzmann"
         && (case.engine.boltzmann.as_ref()).is_some_and(|one| centre(one.wall_contact))
@@ -138,7 +139,8 @@ pub fn column(
     BarometricColumn::settled(&layers, height, strength, plan.temperature, freedoms).map(Some)
 }
 
-/// Number density of a species, or of all, averaged between two heights of the settled column.
+/// Computes the number density of a species, or of all, averaged between two heights of the settled
+/// column.
 pub fn density(
     plan: &CasePlan,
     column: &BarometricColumn,
@@ -163,8 +165,8 @@ pub fn density(
     }
 }
 
-/// Temperature of the walls \[energy\]; `None` unless all have the same, none moves and the gas is
-/// elastic.
+/// Returns the common temperature of the walls \[energy\]; `None` unless all have the same, none
+/// moves and the gas is elastic.
 pub fn wall_temperature(plan: &CasePlan) -> Option<f64> {
     if !plan.is_elastic() || plan.grains.gravity.is_some() || plan.case.bath().is_some() {
         return None;

@@ -1,5 +1,5 @@
-//! Kinetic equations of a gas without positions. A group is a species of the plan, and has one or
-//! more classes of particles of like size.
+//! Kinetic theory of a gas without positions, by equations for its size groups in Sonine
+//! expansions. Each species of the plan has one or more size groups.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use stosszahl_model::{InvalidValue, Law};
 
 use crate::plan::CasePlan;
 
-/// Theory at the sample times of a plan, solved once.
+/// Returns the theory of a case at its sample times, solved once.
 ///
 /// # Errors
 /// [`TheoryError`] if it cannot be followed in the first Sonine order.
@@ -21,9 +21,9 @@ pub fn curves(plan: &CasePlan) -> Result<&TheoryCurves, TheoryError> {
     solved.as_ref().map_err(|error| *error)
 }
 
-/// Fourth cumulants of theory, where there is one for it: equal particles of constant restitution
-/// that do not stick. First Sonine order by van Noije & Ernst, and in the form of Montanero &
-/// Santos.
+/// Computes theoretical fourth cumulants of equal particles with constant restitution that do not
+/// stick: in first Sonine order by van Noije & Ernst, and in the form of Montanero & Santos. `None`
+/// for other gases.
 pub fn fourth_cumulants(plan: &CasePlan) -> Option<[f64; 2]> {
     let restitution = plan.law.constant().filter(|&r| r < 1.0)?;
     let alone = plan.species.len() == 1 && plan.case.aggregation.is_none();
@@ -35,16 +35,16 @@ pub fn fourth_cumulants(plan: &CasePlan) -> Option<[f64; 2]> {
     })
 }
 
-/// Kinetic equations of the size classes of a plan.
+/// Kinetic equations of the size groups of a case.
 pub struct Theory<'a> {
     plan: &'a CasePlan,
     mixture: MaxwellianMixture<Law>,
-    /// Temperatures of the size classes at the start \[energy\].
+    /// Initial temperature of each size group \[energy\].
     start: Vec<f64>,
 }
 
 impl<'a> Theory<'a> {
-    /// Creates the kinetic equations of the size classes of a plan.
+    /// Creates the kinetic equations of the size groups of a case.
     ///
     /// # Errors
     /// [`TheoryError`] if a number is out of range, or the gas is packed too densely for its
@@ -61,13 +61,14 @@ impl<'a> Theory<'a> {
         })
     }
 
-    /// Returns the index range of the size classes of a group.
+    /// Returns the index range of the size groups of a species.
     fn classes_of(&self, group: usize) -> Range<usize> {
         let each = self.plan.classes.len() / self.plan.species.len().max(1);
         group * each..(group + 1) * each
     }
 
-    /// Weighted mean over the size classes of a group; for a single class exactly its value.
+    /// Computes the weighted mean over the size groups of a species; for a single group exactly its
+    /// value.
     fn over_classes(
         &self,
         group: usize,
@@ -83,7 +84,7 @@ impl<'a> Theory<'a> {
     }
 
     /// Returns the homogeneous cooling state if the gas starts in it: cooling rates of all size
-    /// classes within a hundredth of each other.
+    /// groups within 1 % of each other.
     pub fn cooling_state(&self) -> Option<CoolingState> {
         let rate = |k| self.mixture.rates(k, &self.start).cooling;
         let rates = || (0..self.start.len()).map(rate);
@@ -96,8 +97,8 @@ impl<'a> Theory<'a> {
             .then(|| CoolingState::from_temperatures(&self.mixture, self.start.clone()))
     }
 
-    /// Theory at the sample times: velocities in a Sonine expansion. Orders in which it cannot be
-    /// followed to the end are left out.
+    /// Solves the theory at the sample times, with velocities in a Sonine expansion. Orders that
+    /// cannot be integrated to the end are left out.
     fn curves(&self) -> Result<TheoryCurves, TheoryError> {
         let plan = self.plan;
         if plan.case.aggregation.is_some() {
@@ -130,7 +131,8 @@ impl<'a> Theory<'a> {
         })
     }
 
-    /// Number of collisions of a particle up to a time \[time\], in the first Sonine order.
+    /// Computes the number of collisions of a particle up to a time \[time\], in the first Sonine
+    /// order.
     ///
     /// # Errors
     /// [`TheoryError`] if theory cannot be followed up to there.
@@ -142,7 +144,8 @@ impl<'a> Theory<'a> {
             .sum())
     }
 
-    /// Returns the predictions for the groups at one time, with the change from one order less.
+    /// Computes the predictions for each species at one time, with their change from one Sonine
+    /// order less.
     fn curve(&self, moment: &Moment, below: Option<&Moment>) -> TheoryPoint {
         let (classes, start) = (&self.plan.classes, &self.start);
         let d = self.plan.dimension as f64;
@@ -186,8 +189,8 @@ impl<'a> Theory<'a> {
         }
     }
 
-    /// Displacements averaged over time by group and lag up to a time \[time\], in this many Sonine
-    /// orders; in the first only for a gas that starts in its cooling state.
+    /// Computes time-averaged displacements by species and lag, up to a time \[time\], in a number
+    /// of Sonine orders. The first order needs a gas that starts in its cooling state.
     pub fn time_averaged(
         &self,
         orders: usize,
@@ -229,53 +232,53 @@ impl<'a> Theory<'a> {
     }
 }
 
-/// Value of a theory, and its difference from the value at one Sonine order less; `None` at the
-/// first order.
+/// Theoretical value, with its change from one Sonine order less as an error estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
-    /// Value of the quantity.
+    /// Theoretical value of the quantity.
     pub value: f64,
     /// Change of the value from one Sonine order less; `None` at the first order.
     pub error: Option<f64>,
 }
 
-/// Theory of one species at one time.
+/// Theory of one species at one sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroupCurve {
     /// Temperature of the species \[energy\].
     pub temperature: Predicted,
-    /// Fourth cumulant of the velocities.
+    /// Fourth cumulant a2 of the velocities of the species.
     pub fourth_cumulant: Predicted,
-    /// Mean squared displacement \[length^2\].
+    /// Mean squared displacement of the species \[length^2\].
     pub displacement: Predicted,
-    /// Diffusion coefficient `<R . v>/D` \[length^2/time\].
+    /// Diffusion coefficient `<R . v>/D` of the species \[length^2/time\].
     pub diffusion: Predicted,
-    /// Relaxation time of the velocity, `m/T` of the diffusion coefficient \[time\]; the mean over
-    /// the classes of a group.
+    /// Relaxation time of the velocity, `m/T` times the diffusion coefficient \[time\]; the mean
+    /// over the size groups of the species.
     pub relaxation: Predicted,
-    /// Velocity correlation `<v(0) . v(t)>/<v(0)^2>`.
+    /// Normalised velocity autocorrelation `<v(0) . v(t)>/<v(0)^2>` of the species.
     pub correlation: Predicted,
 }
 
-/// Theory of the gas at one sample time.
+/// Theory of the whole gas and of each species at one sample time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TheoryPoint {
-    /// Energy over the energy of the start.
+    /// Kinetic energy over that of the start.
     pub energy_ratio: Predicted,
-    /// Mean number of collisions of a particle, over all particles that collide with each other.
+    /// Mean number of collisions of a particle since the start, over all particles that collide
+    /// with each other.
     pub collisions: Predicted,
     /// Mean squared displacement, averaged over all particles that collide with each other
     /// \[length^2\].
     pub displacement: Predicted,
-    /// Theory of each species.
+    /// Theory of each species at the sample time.
     pub groups: Vec<GroupCurve>,
 }
 
-/// Predictions at all sample times.
+/// Theory of a case at all sample times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TheoryCurves {
-    /// Number of Sonine orders of the velocities.
+    /// Number of Sonine orders in the expansion of velocities.
     pub orders: usize,
-    /// Predictions in the order of the sample times; empty for a gas whose particles stick.
+    /// Theory in the order of the sample times; empty for a gas whose particles stick.
     pub at: Vec<TheoryPoint>,
 }

@@ -1,4 +1,5 @@
-//! The steady state of sticking and breaking, and the power law of its sizes.
+//! Steady state of aggregation and fragmentation: balance of both, and a power-law fit of cluster
+//! sizes.
 
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_results::VerdictText;
@@ -20,8 +21,9 @@ pub(super) fn all_steady(record: &ClusterRecord) -> (Sizes, u64) {
     (sum, times)
 }
 
-/// Number of clusters in the second half of the steady state over the number in the first half.
-fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
+/// Computes the number of clusters in the second half of the steady state over that in the first
+/// half.
+fn number_drift(records: &[&ClusterRecord]) -> Option<Estimate> {
     let mean = |half: &Half| {
         let clusters: u64 = half.sizes.values().sum();
         clusters as f64 / half.times.max(1) as f64
@@ -34,10 +36,10 @@ fn drift(records: &[&ClusterRecord]) -> Option<Estimate> {
     Estimate::over_replicas(&ratios)
 }
 
-/// Exponent and inverse cut-off of a power law with an exponential cut-off, `n_k = c k^-exponent
-/// exp(-k/cutoff)`, fitted to each replica by itself; errors are from their spread. `None` if a
-/// replica lacks three sizes with clusters.
-fn fit(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
+/// Fits a power law with an exponential cut-off, `n_k = c k^-exponent exp(-k/cutoff)`, to the
+/// cluster sizes of each replica. Returns exponent and inverse cut-off with errors from the spread
+/// over replicas. `None` if a replica lacks three sizes with clusters.
+fn fit_power_law(records: &[&ClusterRecord], range: [u32; 2]) -> Option<[Estimate; 2]> {
     let fits: Option<Vec<[f64; 2]>> = records
         .iter()
         .map(|record| fit_one(&all_steady(record).0, range))
@@ -85,14 +87,14 @@ fn fit_one(sizes: &Sizes, [low, high]: [u32; 2]) -> Option<[f64; 2]> {
     (exponent.is_finite() && inverse_cutoff.is_finite()).then_some([exponent, inverse_cutoff])
 }
 
-/// Returns verdicts on whether sticking and breaking balance, and on the power law of the steady
-/// cluster sizes.
+/// Decides the verdicts on whether aggregation and fragmentation balance, and on the power law of
+/// the steady cluster sizes.
 pub(super) fn steady_state(
     plan: &CasePlan,
     records: &[&ClusterRecord],
     rule: &VerdictRule,
 ) -> Vec<VerdictText> {
-    let (Some(steady), Some(drift)) = (Schedule::of(plan).steady, drift(records)) else {
+    let (Some(steady), Some(drift)) = (Schedule::of(plan).steady, number_drift(records)) else {
         return Vec::new();
     };
     let point = MeasuredPoint {
@@ -114,7 +116,7 @@ pub(super) fn steady_state(
         &[point],
         rule,
     ));
-    if let Some([exponent, cutoff]) = fit(records, steady.fit_monomers) {
+    if let Some([exponent, cutoff]) = fit_power_law(records, steady.fit_monomers) {
         let [low, high] = steady.fit_monomers;
         let d = plan.dimension as f64;
         list.push(verdict_note(

@@ -1,4 +1,5 @@
-//! Table of the contact value of the pair correlation, from the flux of colliding pairs.
+//! Table `contact_values.csv`: contact value of the pair correlation, from the flux of colliding
+//! pairs.
 
 use stosszahl_analysis::contact_value::{Flux, FluxWindow, number_of_pairs, separation_factor};
 use stosszahl_analysis::theory::contact;
@@ -38,8 +39,8 @@ fn empty() -> Table {
     )
 }
 
-/// Returns Enskog's contact values of all pairs of species, by rows; `None` where species are of
-/// particles of several sizes.
+/// Computes Enskog's contact values of all pairs of species, row by row; `None` if particles of a
+/// species differ in size.
 fn enskog(plan: &CasePlan) -> Option<Vec<f64>> {
     let mixture = plan.mixture().ok()?;
     let components = mixture.components();
@@ -47,7 +48,8 @@ fn enskog(plan: &CasePlan) -> Option<Vec<f64>> {
     (components.len() == plan.species.len()).then_some(values)
 }
 
-/// Returns the table of all engines and windows; without rows where places are not alike.
+/// Builds the table of contact values of all engines and windows; without rows for a gas that is
+/// not uniform.
 pub(super) fn table(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2]]) -> Table {
     let mut table = empty();
     if !plan.is_uniform_box() {
@@ -81,19 +83,19 @@ pub(super) fn table(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2
     table
 }
 
-/// Pair of species in one engine, with the theory of its contact value.
+/// Pair of species in one engine, with the theory of its contact value, for one set of table rows.
 struct Pair {
     species: [usize; 2],
     dimension: usize,
     volume: f64,
-    /// Number of pairs of particles of the two species.
+    /// Number of pairs of particles of both species.
     pairs: f64,
-    /// Enskog's contact value χ of the two species; `None` where theory has none.
+    /// Enskog's contact value χ of the pair of species; `None` if there is no theory.
     chi: Option<f64>,
-    /// Factor of g(d+) over the contact value: 1 for an elastic pair.
+    /// Factor by which g(d+) exceeds the contact value; 1 for elastic pairs.
     factor: Option<f64>,
-    /// Collision rate without correlations over that of Maxwellian pairs at the temperature of the
-    /// gas; `None` in mixtures, whose species have their own temperatures.
+    /// Collision rate of uncorrelated pairs over that of Maxwellian pairs at the temperature of the
+    /// gas. `None` in mixtures, whose species have their own temperatures.
     sonine: Option<f64>,
 }
 
@@ -119,7 +121,8 @@ impl Pair {
         }
     }
 
-    /// Returns a sum over its value where the contact value is one; `None` without collisions.
+    /// Estimates a contact value: a sum over collisions, divided by its value for independent
+    /// pairs. `None` without collisions.
     fn over_norm(
         &self,
         windows: &[FluxWindow],
@@ -131,12 +134,14 @@ impl Pair {
         })
     }
 
-    /// Estimates g(d+), the pair correlation at contact, from the flux of colliding pairs.
+    /// Estimates g(d+), the pair correlation at contact, from the flux of colliding pairs before
+    /// and after contact.
     fn total(&self, windows: &[FluxWindow]) -> Option<TableEstimate> {
         self.over_norm(windows, &|sums| sums.approaching + sums.separating)
     }
 
-    /// Returns the values of the table over the windows of all replicas; `None` without collisions.
+    /// Estimates the values of a table row from the windows of all replicas; `None` without
+    /// collisions.
     fn values(&self, windows: &[FluxWindow]) -> Option<[TableEstimate; 6]> {
         let over_norm = |sum: &dyn Fn(&Flux) -> f64| self.over_norm(windows, sum);
         let chi = self.chi;

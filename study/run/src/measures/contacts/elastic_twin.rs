@@ -1,9 +1,9 @@
-//! Elastic twin of exact dynamics: the same start without dissipation, followed collision for
-//! collision.
+//! Elastic twin of exact dynamics: a companion run from the same start without dissipation,
+//! compared at equal numbers of collisions per particle.
 //!
-//! Partners meet again in every dense gas. The elastic gas at the same packing shows what of this is
-//! density and excluded area, and what is dissipation. Its trajectory does not depend on the scale
-//! of velocities, so the two gases are compared at equal numbers of collisions per particle.
+//! Partners meet again in every dense gas. The elastic gas at the same packing shows what of this
+//! is density and excluded area, and what is dissipation. Its trajectory does not depend on the
+//! scale of velocities, so the two gases are compared at equal numbers of collisions per particle.
 
 use std::mem;
 
@@ -24,10 +24,10 @@ pub(super) const BYTES_PER_DISK: f64 = 260.0;
 /// rate.
 const PRIOR: f64 = 0.25;
 
-/// Sums of the elastic twin in one time window of the gas: contacts and flux.
+/// Sums of the elastic twin in one time window of the gas: contact statistics and flux.
 pub(super) type TwinWindow = (ContactSums, FluxWindow);
 
-/// Elastic twin of one replica in progress: exact disks from the same start, without energy loss.
+/// Elastic twin of one replica in progress: exact disks from the same start, without dissipation.
 pub(super) struct ElasticTwin {
     gas: Box<dyn Simulation>,
     /// Time of the gas at the start of the twin \[time\].
@@ -35,11 +35,11 @@ pub(super) struct ElasticTwin {
     /// Theoretical collision rate of all disks together, the prior of the twin's measured rate
     /// \[1/time\].
     expected: f64,
-    /// Sums over collisions and pairs since they were last added to the time windows.
+    /// Sums of the twin over collisions and pairs since they were last moved to the time windows.
     sums: WindowSums,
 }
 
-/// Content of a checkpoint of an elastic twin.
+/// Checkpoint data of an elastic twin.
 #[derive(Serialize, Deserialize)]
 pub(super) struct SavedTwin {
     engine: ByteBuf,
@@ -48,8 +48,8 @@ pub(super) struct SavedTwin {
     sums: WindowSums,
 }
 
-/// Returns true if exact disks of a case have an elastic twin: they are smooth, lose energy at
-/// contacts, and all places are alike.
+/// Returns true if exact disks of a case have an elastic twin: they are smooth and inelastic, in a
+/// uniform gas.
 pub(super) fn has_twin(plan: &CasePlan, engine: &EnginePlan) -> bool {
     engine.is_exact() && plan.is_disk_fluid() && !plan.is_elastic()
 }
@@ -78,15 +78,16 @@ impl ElasticTwin {
         })
     }
 
-    /// Takes the sums since the last call: of pairs at a sample, or of the collisions between two
-    /// samples.
+    /// Moves out the sums since the last call: over pairs at a sample, or over the collisions
+    /// between two samples.
     pub(super) fn take_sums(&mut self) -> TwinWindow {
         let flux = self.sums.flux.windows[0].take_sums();
         (mem::take(&mut self.sums.contacts.windows[0].1), flux)
     }
 
-    /// Advances until the twin has had as many collisions as the gas, on average: to the time at
-    /// which its rate so far gives them. So the twin is sampled at a time between collisions.
+    /// Advances the twin until it has had the given number of collisions per particle on average.
+    /// The end is a time, predicted from its collision rate so far, so that the twin is sampled
+    /// between collisions.
     ///
     /// # Errors
     /// [`Failure`] if the twin cannot be advanced.
@@ -101,8 +102,8 @@ impl ElasticTwin {
         Ok(())
     }
 
-    /// Advances by the mean time of some collisions, in legs between checkpoints, so that a
-    /// checkpoint resumes to the same bytes.
+    /// Advances the twin by the mean time of some collisions, in segments between checkpoints, so
+    /// that a checkpoint resumes to the same bytes.
     fn advance(&mut self, collisions: f64) -> Result<(), Failure> {
         let (done, passed) = (
             self.gas.work_counters().collisions,
@@ -120,13 +121,13 @@ impl ElasticTwin {
         Ok(())
     }
 
-    /// Samples local temperatures of the twin, and its pairs near contact.
+    /// Samples the local temperatures of the twin and its pairs near contact.
     pub(super) fn sample_twin(&mut self) {
         let particles = self.gas.particles();
         self.sums.contacts.sample_gas(particles.time, &particles);
     }
 
-    /// Returns the content of a checkpoint.
+    /// Collects the checkpoint data of the twin.
     ///
     /// # Errors
     /// [`Failure`] if memory does not suffice.
@@ -139,7 +140,7 @@ impl ElasticTwin {
         })
     }
 
-    /// Resumes a twin of disks from a checkpoint.
+    /// Resumes the elastic twin of a case from its checkpoint data.
     ///
     /// # Errors
     /// [`EventDrivenError`] if the checkpoint is damaged.

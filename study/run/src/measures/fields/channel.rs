@@ -1,4 +1,5 @@
-//! Verdicts on a flow from left to right between walls.
+//! Verdicts on a channel flow from left to right between walls: slip, boundary layers, changes
+//! along the channel, symmetry.
 
 use std::ops::Range;
 
@@ -13,11 +14,11 @@ use crate::judge::{self, VerdictRule, in_units};
 use crate::measures::fewest_parts;
 use crate::plan::CasePlan;
 
-/// Fields of a flow along a channel, from the inflow on the left to the open face on the right.
+/// Fields of a channel flow, from the inflow on the left to the open face on the right.
 pub(super) struct Channel<'a> {
     plan: &'a CasePlan,
     view: &'a View<'a>,
-    /// Fields of the last window, the first axis running fastest.
+    /// Fields of each cell in the last time window; the index runs fastest along the first axis.
     cells: Vec<Quantities>,
     columns: usize,
     rows: usize,
@@ -26,7 +27,7 @@ pub(super) struct Channel<'a> {
     rule: VerdictRule,
 }
 
-/// Fewest cells across a channel that show its layers.
+/// Smallest number of cells across a channel at which boundary layers are evaluated.
 pub(super) const FEWEST_ROWS: usize = 4;
 
 /// Returns true if a case is a channel: inflow through the left face, an open right face, walls
@@ -42,19 +43,19 @@ pub(super) fn is_channel(case: &Case) -> bool {
     entering(case).is_some() && open && walled && case.obstacle.is_empty()
 }
 
-/// Returns the inflow through the left face of a case, if it has one.
+/// Returns the inflow through the left face of a case; `None` if there is none.
 fn entering(case: &Case) -> Option<&InflowSpec> {
     case.inflow.iter().find(|inflow| inflow.face == "left")
 }
 
-/// Returns the middle fifth of the rows of cells across the channel.
+/// Returns the middle fifth of the rows of cells across a channel.
 pub(super) fn middle(rows: usize) -> Range<usize> {
     2 * rows / 5..(3 * rows).div_ceil(5)
 }
 
 impl<'a> Channel<'a> {
-    /// Creates the channel of a case; `None` if the case is no channel, or its fields have too few
-    /// cells.
+    /// Creates the channel flow of a case; `None` if the case is not a channel, or its fields have
+    /// too few cells.
     pub(super) fn from_plan(
         plan: &'a CasePlan,
         view: &'a View<'a>,
@@ -75,8 +76,8 @@ impl<'a> Channel<'a> {
         })
     }
 
-    /// Verdicts on the middle of the channel, its walls and its two halves. `topic` adds the engine to
-    /// a subject.
+    /// Decides the verdicts on the middle of the channel, its walls and its two halves. `topic`
+    /// adds the engine to a subject.
     pub(super) fn verdicts(&self, topic: impl Fn(&str) -> String) -> Vec<VerdictText> {
         let mut list = vec![
             judge::verdict_note(topic("along the channel"), self.along()),
@@ -90,26 +91,26 @@ impl<'a> Channel<'a> {
         &self.cells[column + self.columns * row]
     }
 
-    /// Rows of cells in the middle fifth of the height.
+    /// Returns the rows of cells in the middle fifth of the channel's height.
     fn middle(&self) -> Range<usize> {
         middle(self.rows)
     }
 
-    /// Columns of cells in the first and the last eighth of the length.
+    /// Returns the columns of cells in the first and in the last eighth of the channel's length.
     fn ends(&self) -> [Range<usize>; 2] {
         let eighth = self.columns / 8;
         [0..eighth, self.columns - eighth..self.columns]
     }
 
-    /// Mean of a quantity over a rectangle of cells, weighted with the density.
+    /// Computes the mean of a quantity over a rectangle of cells, weighted with the density.
     fn mean(&self, columns: Range<usize>, rows: Range<usize>, quantity: usize) -> TableEstimate {
         let across = self.columns;
         let cells = columns.flat_map(|column| rows.clone().map(move |row| column + across * row));
         self.view.mean(&cells.collect::<Vec<_>>(), quantity)
     }
 
-    /// Formats the ratio of a quantity in the last eighth of the length to the first eighth, in the
-    /// middle of the height.
+    /// Formats the ratio of a quantity between the last and the first eighth of the channel's
+    /// length, at middle height.
     fn change(&self, quantity: usize) -> String {
         let [first, last] = self
             .ends()
@@ -117,7 +118,7 @@ impl<'a> Channel<'a> {
         judge::quotient(&last, &first)
     }
 
-    /// Returns a sentence on the changes along the channel.
+    /// Describes the changes of density, velocity and temperature along the channel.
     fn along(&self) -> String {
         let [_, last] = self.ends();
         let centre = self.mean(last, self.middle(), SPEED);
@@ -131,9 +132,9 @@ impl<'a> Channel<'a> {
         )
     }
 
-    /// Describes the slip at the walls, and the layer that the walls slow down.
+    /// Describes the slip at the walls, and the boundary layers.
     fn walls(&self) -> String {
-        /// Share of the velocity in the middle at which the layer ends.
+        /// Velocity, over that in the middle of the channel, at which the boundary layer ends.
         const FREE: f64 = 0.99;
         let [_, last] = self.ends();
         let speed = |rows| self.mean(last.clone(), rows, SPEED);
@@ -154,7 +155,7 @@ impl<'a> Channel<'a> {
         )
     }
 
-    /// Returns the verdict on the symmetry of the lower and upper half of the channel; `None` where
+    /// Decides the verdict on the symmetry of the lower and upper half of the channel; `None` if
     /// the case is not symmetric.
     fn symmetry(&self, topic: String) -> Option<VerdictText> {
         let case = &self.plan.case;

@@ -1,4 +1,5 @@
-//! `boundary_layers.csv`: how far walls slow a flow down that goes along them.
+//! Table `boundary_layers.csv`: displacement thickness and slip of the flow at the walls of a
+//! channel.
 
 use stosszahl_analysis::fields::FieldGrid;
 use stosszahl_results::{Figure, FigureAxis, Table, table};
@@ -36,12 +37,13 @@ pub(super) fn table() -> Table {
     )
 }
 
-/// Returns true if the case is a channel and its fields have enough rows of cells.
+/// Returns true if the case is a channel whose fields have enough rows of cells for boundary
+/// layers.
 pub(super) fn has_layers(plan: &CasePlan, options: &FieldOptions) -> bool {
     channel::is_channel(&plan.case) && options.cells[1] >= channel::FEWEST_ROWS as u64
 }
 
-/// Adds an engine in a window.
+/// Adds the rows of one engine in one time window to the table of boundary layers.
 pub(super) fn fill(
     table: &mut Table,
     plan: &CasePlan,
@@ -56,7 +58,7 @@ pub(super) fn fill(
         let across: Vec<usize> = (0..rows).map(|row| column + columns * row).collect();
         let [centre, thickness, slip] = view.derived(&across, |cells| {
             let speeds: Vec<f64> = cells.iter().map(|cell| cell.velocity[0]).collect();
-            layer(&speeds, height)
+            boundary_layer(&speeds, height)
         });
         let place = grid.centre(column)[0] * length;
         let found = [centre.times(speed), thickness, slip];
@@ -64,11 +66,12 @@ pub(super) fn fill(
     }
 }
 
-/// Velocity in the middle, displacement thickness and slip of the velocities across a channel.
+/// Computes velocity in the middle, displacement thickness and slip from the velocities across a
+/// channel of a height.
 ///
 /// With `S = sum u_j`, the mean M over the middle and cells of the width `H/J` the thickness is
 /// `(H - (H/J) S/M)/2`.
-fn layer(across: &[f64], height: f64) -> [f64; 3] {
+fn boundary_layer(across: &[f64], height: f64) -> [f64; 3] {
     let count = across.len();
     let middle = channel::middle(count);
     let (width, few) = (height / count as f64, middle.len() as f64);
@@ -94,7 +97,7 @@ mod tests {
             3.0 * (integral(b) - integral(a)) * count as f64
         };
         let across: Vec<f64> = (0..count).map(cell).collect();
-        let [centre, thickness, slip] = layer(&across, 2.0);
+        let [centre, thickness, slip] = boundary_layer(&across, 2.0);
         // The mean over the middle fifth: 3 (integral from 2/5 to 3/5)/(1/5).
         let middle = 15.0 * (integral(0.6) - integral(0.4));
         assert!((centre - middle).abs() < 1e-12);

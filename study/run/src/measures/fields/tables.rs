@@ -1,4 +1,4 @@
-//! `fields.csv` and `profiles.csv`.
+//! Tables `fields.csv` and `profiles.csv` of the measure `fields`: their columns, figures and rows.
 
 use stosszahl_analysis::fields::{CellAveraging, FieldGrid};
 use stosszahl_results::{
@@ -12,7 +12,7 @@ use crate::measures::{PARTS, fewest_parts};
 use crate::plan::{CasePlan, EnginePlan};
 use crate::theory::flow;
 
-/// Adds a figure of each quantity to a table; `figure` makes it from the vertical axis.
+/// Adds a figure of each field quantity to a table; `figure` creates it from the vertical axis.
 fn with_figures(mut table: Table, figure: impl Fn(FigureAxis) -> Figure) -> Table {
     let one = |column: &TableColumn| Figure {
         title: column.meaning.clone(),
@@ -95,7 +95,7 @@ pub(super) fn profiles(options: &FieldOptions) -> Table {
     })
 }
 
-/// Adds the rows of all cells, of one engine in one time window.
+/// Adds the rows of all cells of one engine in one time window to the table of fields.
 pub(super) fn fill_cells(
     table: &mut Table,
     plan: &CasePlan,
@@ -114,7 +114,7 @@ pub(super) fn fill_cells(
     }
 }
 
-/// Adds the rows of both profiles, of one engine in one time window.
+/// Adds the rows of both profiles of one engine in one time window to the table of profiles.
 pub(super) fn fill_profiles(
     table: &mut Table,
     plan: &CasePlan,

@@ -1,4 +1,5 @@
-//! Verdicts on fields and profiles.
+//! Verdicts on fields and profiles: density differences of engines, settled columns, wall
+//! temperatures, overcrowding.
 
 use stosszahl_analysis::fields::CellAveraging;
 use stosszahl_model::Space as _;
@@ -13,11 +14,11 @@ use crate::measures::time_blocks::TimeBlocks;
 use crate::plan::{CasePlan, EnginePlan, in_space};
 use crate::theory::flow;
 
-/// Number of standard errors by which a packing fraction must exceed the closest packing to be
-/// reported.
+/// Number of standard errors by which a packing fraction must exceed the closest packing before a
+/// warning is given.
 const SURE: f64 = 4.0;
 
-/// Row of a table of fields or profiles.
+/// Row of a table of fields or profiles, with access by column name.
 #[derive(Clone, Copy)]
 struct Row<'a> {
     table: &'a Table,
@@ -32,7 +33,7 @@ impl Row<'_> {
         }
     }
 
-    /// Returns the quantity in a column, with its standard error.
+    /// Returns the quantity in a column of the row, with its standard error.
     fn measured(&self, column: &str) -> TableEstimate {
         let error = self.number(&format!("{column}_se"));
         TableEstimate::with_error(self.number(column).unwrap_or(f64::NAN), error)
@@ -57,7 +58,7 @@ fn rows<'a>(table: &'a Table, engine: &EnginePlan, window: &TimeBlocks) -> Vec<R
     all.filter(wanted).collect()
 }
 
-/// Returns all verdicts on fields, the most important first. `views` are the fields of the engines.
+/// Decides all verdicts on fields, the most important first. `views` are the fields of the engines.
 pub(super) fn field_verdicts(
     plan: &CasePlan,
     counts: [usize; 2],
@@ -77,7 +78,7 @@ pub(super) fn field_verdicts(
         .iter()
         .filter(|engine| engine.parameters().is_some());
     let sized = simulated.filter(|engine| !flow::is_dilute(engine));
-    list.extend(sized.filter_map(|engine| overcrowded(plan, engine, &profiles(engine))));
+    list.extend(sized.filter_map(|engine| overcrowding_warning(plan, engine, &profiles(engine))));
     let first = &plan.engines[0];
     // Independent parts behind the densities of each engine.
     let parts: Vec<usize> = views.iter().map(density_parts).collect();
@@ -111,8 +112,8 @@ pub(super) fn field_verdicts(
     list
 }
 
-/// Number of independent parts of the runs behind the standard errors of an engine's density
-/// profiles.
+/// Returns the number of independent parts of the runs behind the standard errors of an engine's
+/// density profiles.
 fn density_parts(view: &View<'_>) -> usize {
     let along = |along| {
         let places = view.fields(None, along);
@@ -146,9 +147,13 @@ fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &TimeBlocks) -> V
     }
 }
 
-/// Warns of the position where an engine packs particles more closely than the closest packing;
-/// `None` without one.
-fn overcrowded(plan: &CasePlan, engine: &EnginePlan, rows: &[Row<'_>]) -> Option<VerdictText> {
+/// Creates the warning that an engine packs particles more closely than the closest packing, with
+/// the position; `None` if it does not.
+fn overcrowding_warning(
+    plan: &CasePlan,
+    engine: &EnginePlan,
+    rows: &[Row<'_>],
+) -> Option<VerdictText> {
     let closest = plan.closest_packing();
     let of = |species: &str| -> Vec<&Row<'_>> {
         rows.iter()
@@ -194,8 +199,8 @@ fn place_text(row: &Row<'_>) -> String {
     format!("{axis} = {}", judge::short(at))
 }
 
-/// Returns the verdict on the density profiles of two engines. An axis with a single cell is left
-/// out: the density of the whole box is fixed.
+/// Decides the verdict on the difference of the density profiles of two engines. An axis with a
+/// single cell is left out: the density of the whole box is fixed.
 fn profiles_agree(
     pair: [&str; 2],
     rows: &[Vec<Row<'_>>; 2],
@@ -223,7 +228,8 @@ fn profiles_agree(
     found.or_else(|| (places.len() > 2).then(|| judge::verdict_note(topic, unknown)))
 }
 
-/// Returns the verdict on the density profile of a settled column.
+/// Decides the verdict on the density profile of a column that has settled under gravity, against
+/// the barometric profile.
 fn barometric(
     plan: &CasePlan,
     engine: &EnginePlan,
@@ -242,7 +248,7 @@ fn barometric(
     judge::profiles(topic, words, &layers, parts, rule)
 }
 
-/// Returns the verdict on an elastic gas between walls of one temperature: its mean temperature,
+/// Decides the verdict on an elastic gas between walls of one temperature: its mean temperature,
 /// and its mean velocity along the first axis.
 fn walls(
     plan: &CasePlan,

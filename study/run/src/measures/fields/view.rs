@@ -1,4 +1,4 @@
-//! Fields of one engine in one window of time, in the units of the case.
+//! Fields of one engine, averaged over replicas and a time window, in the units of the case.
 
 use stosszahl_analysis::fields::{CellAveraging, FieldSums as Sums, ParticleAverages, Values};
 use stosszahl_results::TableEstimate;
@@ -6,19 +6,19 @@ use stosszahl_results::TableEstimate;
 use crate::measures::{gas_series, time_blocks::TimeBlocks};
 use crate::plan::CasePlan;
 
-/// Number of quantities in the tables of fields.
+/// Number of field quantities in the tables of fields.
 pub(super) const QUANTITIES: usize = 7;
-/// Index of the number density among the quantities.
+/// Index of the number density among the field quantities.
 pub(super) const DENSITY: usize = 0;
-/// Index of the velocity along the first axis.
+/// Index of the velocity along the first axis among the field quantities.
 pub(super) const SPEED: usize = 1;
-/// Index of the granular temperature.
+/// Index of the granular temperature among the field quantities.
 pub(super) const TEMPERATURE: usize = 3;
 
-/// Index of each quantity in [`Values::list`].
+/// Index of each field quantity in [`Values::list`].
 const PLACES: [usize; QUANTITIES] = [0, 1, 2, 4, 5, 6, 7];
 
-/// Units of the quantities, in their order.
+/// Returns the size of the engine unit of each field quantity, in units of the case.
 pub(super) fn units(plan: &CasePlan) -> [f64; QUANTITIES] {
     let (scale, speed, energy) = (plan.scale, plan.scale.speed(), plan.scale.energy);
     let volume = scale.length.powi(plan.dimension as i32);
@@ -34,8 +34,8 @@ pub(super) fn units(plan: &CasePlan) -> [f64; QUANTITIES] {
     ]
 }
 
-/// Quantities of one cell or profile position, in the units of the case. `replicas` of each is the
-/// number of independent parts of the runs behind its standard error.
+/// Field quantities of one cell or profile position, in the units of the case. `replicas` of each
+/// is the number of independent parts of the runs behind its standard error.
 pub(super) type Quantities = [TableEstimate; QUANTITIES];
 
 /// Fields of one engine, averaged over its replicas and a time window.
@@ -45,7 +45,7 @@ pub(super) struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// Creates the averages from the sums of all replicas. `free_shares` is
+    /// Creates the averages of an engine from the sums of all replicas. `free_shares` is
     /// [`CasePlan::free_shares`]: the free share of each cell.
     pub(super) fn new(
         plan: &CasePlan,
@@ -64,7 +64,8 @@ impl<'a> View<'a> {
         }
     }
 
-    /// Quantities of each cell or profile position, of all species together or of one.
+    /// Computes the field quantities of each cell or profile position, of all species together or
+    /// of one.
     pub(super) fn fields(&self, species: Option<usize>, along: CellAveraging) -> Vec<Quantities> {
         let found = self.averages.fields(species, along);
         let quantity = |values: &Values, index: usize| values.list()[PLACES[index]];
@@ -83,7 +84,7 @@ impl<'a> View<'a> {
             .collect()
     }
 
-    /// Mean of a quantity over cells, weighted with their density.
+    /// Computes the mean of a field quantity over cells, weighted with their density.
     pub(super) fn mean(&self, cells: &[usize], quantity: usize) -> TableEstimate {
         let mean = |values: &[Values]| {
             let (mut number, mut sum) = (0.0, 0.0);
@@ -99,7 +100,7 @@ impl<'a> View<'a> {
     }
 
     /// Estimates numbers that the function `of` computes from the fields of some cells, in engine
-    /// units.
+    /// units, with errors.
     pub(super) fn derived<const N: usize>(
         &self,
         cells: &[usize],

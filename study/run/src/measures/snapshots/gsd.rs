@@ -1,4 +1,4 @@
-//! Snapshots as GSD of the schema hoomd, version 1.4.
+//! Snapshot files in the GSD format, schema hoomd, version 1.4.
 
 use nalgebra::Vector3;
 use stosszahl_model::gsd::{Chunk, to_bytes};
@@ -6,10 +6,10 @@ use stosszahl_model::gsd::{Chunk, to_bytes};
 use super::Content;
 use super::quantity::ParticleQuantity;
 
-/// Returns a snapshot as GSD with one frame, whose step is the number of the snapshot. The schema has
-/// single precision; the time, and quantities that it does not know, are logged with double precision,
-/// and the axes that are periodic, which HOOMD-blue takes all to be.
-/// The box of disks has no thickness, as HOOMD-blue has it.
+/// Formats a snapshot as GSD with one frame, whose step is the number of the snapshot. The schema
+/// has single precision. The time, quantities that the schema lacks, and which axes are periodic
+/// are logged in addition, in double precision. The box of disks has no thickness, as HOOMD-blue
+/// has it.
 pub(super) fn gsd(content: &Content<'_>) -> Vec<u8> {
     let (particles, domain) = (content.particles, &content.domain);
     let scale = content.units.scale;

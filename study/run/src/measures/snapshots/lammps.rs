@@ -1,4 +1,4 @@
-//! Snapshots as text dumps of LAMMPS.
+//! Snapshot files as text dumps of LAMMPS.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,8 @@ use super::quantity::ParticleQuantity;
 use super::{Content, LINE};
 
 impl ParticleQuantity {
-    /// Columns of a dump; empty for the species, which are types.
+    /// Returns the columns of the quantity in a LAMMPS dump; empty for the species, which are
+    /// types.
     fn dump_columns(self) -> &'static str {
         match self {
             Self::Velocity => " vx vy vz",
@@ -19,8 +20,8 @@ impl ParticleQuantity {
     }
 }
 
-/// Returns a snapshot as a text dump of LAMMPS. Numbers and types of atoms are counted from 1, and the
-/// time step is the number of the snapshot. The third axis of disks is one diameter thick, and not
+/// Formats a snapshot as a text dump of LAMMPS. Atoms and types are counted from 1, and the time
+/// step is the number of the snapshot. The third axis of disks is one diameter thick, and not
 /// periodic.
 pub(super) fn dump(content: &Content<'_>) -> String {
     let (particles, domain) = (content.particles, &content.domain);

@@ -1,29 +1,29 @@
-//! Quantities of particles in snapshots.
+//! Quantities of particles that snapshot files can contain, with their names and units.
 
 use serde::Deserialize;
 use stosszahl_model::{Particle, Particles};
 
 use crate::plan::UnitScale;
 
-/// A quantity of each particle.
+/// Quantity of each particle in a snapshot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ParticleQuantity {
-    /// Velocity \[length/time\].
+    /// Velocity of the particle \[length/time\].
     Velocity,
-    /// Radius \[length\].
+    /// Radius of the particle \[length\].
     Radius,
-    /// Mass.
+    /// Mass of the particle \[mass\].
     Mass,
-    /// Angular velocity \[1/time\].
+    /// Angular velocity of the particle \[1/time\].
     AngularVelocity,
-    /// Number of the species, from 0.
+    /// Number of the particle's species, from 0.
     Species,
-    /// Number of particles that it stands for.
+    /// Weight: number of particles that a simulator stands for.
     Weight,
 }
 
-/// Numbers of a quantity: one, or the components of a vector.
+/// Numbers of a quantity of one particle: a scalar, or the components of a vector.
 pub(super) enum Numbers {
     One([f64; 1]),
     Vector([f64; 3]),
@@ -48,7 +48,7 @@ impl ParticleQuantity {
         Self::Weight,
     ];
 
-    /// Name of the quantity in CSV.
+    /// Returns the name of the quantity in CSV files.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Velocity => "velocity",
@@ -60,13 +60,14 @@ impl ParticleQuantity {
         }
     }
 
-    /// Returns true for vectors.
+    /// Returns true if the quantity is a vector.
     pub(super) fn is_vector(self) -> bool {
         matches!(self, Self::Velocity | Self::AngularVelocity)
     }
 
-    /// Returns true unless all particles are alike in it, or it is always told.
-    fn tells(self, particles: &Particles) -> bool {
+    /// Returns true if the quantity is written by default: velocity, radius and mass always, others
+    /// if particles have or differ in them.
+    fn is_written_by_default(self, particles: &Particles) -> bool {
         let mut all = particles.all.iter();
         match self {
             Self::Velocity | Self::Radius | Self::Mass => true,
@@ -76,7 +77,7 @@ impl ParticleQuantity {
         }
     }
 
-    /// Numbers of a particle, in units of which one engine unit is `scale`.
+    /// Returns the quantity of a particle in other units; one engine unit is `scale` of them.
     pub(super) fn numbers(self, one: &Particle, scale: UnitScale) -> Numbers {
         let number = match self {
             Self::Velocity => return Numbers::Vector((one.velocity * scale.speed()).into()),
@@ -90,7 +91,8 @@ impl ParticleQuantity {
     }
 }
 
-/// Returns the quantities to write: those asked for, or those in which particles differ.
+/// Returns the quantities to write: the requested ones, or by default those in which particles
+/// differ.
 pub(super) fn written(
     asked: Option<&[ParticleQuantity]>,
     particles: &Particles,
@@ -98,6 +100,8 @@ pub(super) fn written(
     let all = ParticleQuantity::ALL.into_iter();
     match asked {
         Some(asked) => all.filter(|one| asked.contains(one)).collect(),
-        None => all.filter(|one| one.tells(particles)).collect(),
+        None => all
+            .filter(|one| one.is_written_by_default(particles))
+            .collect(),
     }
 }

@@ -66,8 +66,8 @@ fn read(particles: &Particles, shear: Option<Shear>, format: SnapshotFormat) -> 
 }
 
 /// Formats with all digits give back the bits of all numbers. Single precision, that of GSD, rounds
-/// each number by 2^-24 of its size. Positions are rounded by 2^-24 of half a side, as they are from
-/// the middle of the box, and so is the middle to which they are added.
+/// each number by 2^-24 of its size. Positions are rounded by 2^-24 of half a side, as they are
+/// from the middle of the box, and so is the middle to which they are added.
 #[test]
 fn snapshots_are_starts() {
     let half_bit = 0.5_f64.powi(24);
@@ -128,8 +128,8 @@ fn snapshots_are_starts() {
     }
 }
 
-/// The box of a shear flow is tilted, and particles are those of the box at rest but for whole widths:
-/// in extended XYZ the same, in other formats those in the tilted box.
+/// The box of a shear flow is tilted, and particles are those of the box at rest but for whole
+/// widths: in extended XYZ the same, in other formats those in the tilted box.
 #[test]
 fn sheared_snapshots_are_starts_with_their_offset() {
     let gas = particles(2, false);

@@ -1,4 +1,4 @@
-//! Box of a snapshot, which a shear flow tilts.
+//! Box of a snapshot of a sheared gas, tilted as LAMMPS and OVITO expect it.
 
 use nalgebra::Vector3;
 use stosszahl_model::Particles;
@@ -6,14 +6,14 @@ use stosszahl_model::images::nearest;
 
 use super::SnapshotUnits;
 
-/// Box of a snapshot, in the units of the case.
+/// Box of a snapshot, tilted by shear, in the units of the case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TiltedBox {
-    /// Sides \[length\].
+    /// Sides of the box \[length\].
     pub(super) lengths: [f64; 3],
-    /// Displacement of the box above along x, from 0 to the width of the box \[length\].
+    /// Displacement of the periodic image above along x, from 0 to the width of the box \[length\].
     pub(super) offset: f64,
-    /// Periodicity by axis; false beyond the dimension.
+    /// True for each axis along which the box is periodic; false beyond the dimension.
     pub(super) periodic: [bool; 3],
 }
 
@@ -30,13 +30,14 @@ impl TiltedBox {
         }
     }
 
-    /// Displacement of the upper side along x, at most half the width \[length\], as programs for
-    /// tilted boxes want it.
+    /// Returns the tilt: displacement of the upper side along x, at most half the width \[length\],
+    /// as programs for tilted boxes expect it.
     pub(super) fn tilt(&self) -> f64 {
         nearest(self.offset, self.lengths[0])
     }
 
-    /// Image of a position in the tilted box; the position itself without a tilt.
+    /// Returns the periodic image of a position that lies in the tilted box; the position itself
+    /// without a tilt.
     pub(super) fn inside(&self, position: Vector3<f64>) -> Vector3<f64> {
         let ([width, height, _], tilt) = (self.lengths, self.tilt());
         if tilt == 0.0 {

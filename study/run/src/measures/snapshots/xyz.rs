@@ -1,4 +1,4 @@
-//! Snapshots as extended XYZ.
+//! Snapshot files in the extended XYZ format.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::quantity::ParticleQuantity;
 use super::{Content, LINE};
 
 impl ParticleQuantity {
-    /// Property of extended XYZ: its name, type and number of columns.
+    /// Returns the property of the quantity in extended XYZ: name, type and number of columns.
     fn property(self) -> &'static str {
         match self {
             Self::Velocity => "velo:R:3",
@@ -20,7 +20,7 @@ impl ParticleQuantity {
     }
 }
 
-/// Returns a snapshot as extended XYZ.
+/// Formats a snapshot as extended XYZ.
 pub(super) fn xyz(content: &Content<'_>) -> String {
     let (particles, units, domain) = (content.particles, content.units, &content.domain);
     let scale = units.scale;
