@@ -80,7 +80,8 @@ pub fn of_sums<const N: usize>(sums: &[[f64; N]], of: impl Fn([f64; N]) -> f64) 
     pseudo_values(sums, add_terms, |sums| of(*sums))
 }
 
-/// Adds the terms of one replica to the sums over replicas.
+/// Adds the values of one replica, component by component, to sums over replicas from which a
+/// jackknife estimate is made.
 pub(crate) fn add_terms<const N: usize>(sums: &mut [f64; N], terms: &[f64; N]) {
     for (sum, term) in sums.iter_mut().zip(terms) {
         *sum += term;

@@ -32,11 +32,11 @@ where
     P: ParticleModel<Space = Plane>,
     Q: Calendar,
 {
-    /// Predicts the first contacts of all disks, as if one disk after the other predicted: for each
-    /// the earliest that the partner does not replace by an earlier one.
+    /// Predicts the first contact of every disk: its earliest contact with a disk that has no
+    /// earlier contact of its own.
     ///
-    /// The set of contacts does not depend on the order, so that all threads search for it if the
-    /// gas is spread over them.
+    /// The set of contacts does not depend on the order of the disks, so that all threads search
+    /// if the gas is spread over them.
     pub(crate) fn look_at_all(&mut self) {
         let count = self.disks.all.len();
         if self.disks.hierarchical() || self.disks.cells.wide() {

@@ -59,8 +59,8 @@ fn a_comparison_gives_tables_and_a_report() {
         text.lines().next().unwrap_or_default().to_owned()
     };
     for line in "\
-        energy engine,time,collisions_per_particle,energy_ratio,energy_ratio_se,energy_ratio_theory,fourth_cumulant,\
-        fourth_cumulant_se,replicas\n\
+        energy engine,time,collisions_per_particle,collisions_per_particle_se,energy_ratio,energy_ratio_se,energy_ratio_theory,\
+        temperature,temperature_se,temperature_theory,fourth_cumulant,fourth_cumulant_se,replicas\n\
         comparison engine_a,engine_b,time,energy_ratio_a,energy_ratio_b,energy_ratio_a_over_b,\
         energy_ratio_a_over_b_se,energy_ratio_a_over_b_low,energy_ratio_a_over_b_high,z,verdict,replicas\n\
         structure_factor engine,time,mode_number,structure_factor,structure_factor_se,modes\n\

@@ -31,12 +31,12 @@ fn damaged_start_files() {
     valid.extend(texts.map(|text| text.as_bytes().to_vec()));
     let folder = tempfile::tempdir().expect("a folder");
     for (times, ending, valid) in [
-        (3000, "csv", &valid[..tables]),
-        (3000, "xyz", &valid[tables..]),
-        (500, "xyz", &valid[..]),
+        (1000, "csv", &valid[..tables]),
+        (1000, "xyz", &valid[tables..]),
+        (250, "xyz", &valid[..]),
     ] {
         let path = folder.path().join(format!("start.{ending}"));
-        for whole in valid.iter().filter(|_| times > 1000) {
+        for whole in valid.iter().filter(|_| times > 500) {
             fs::write(&path, whole).expect("written");
             initial::read_start_file(&path).expect("a valid file");
         }

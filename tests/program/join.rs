@@ -233,7 +233,7 @@ fn one_that_works_alone_and_one_that_joins_do_not_meet() {
 fn replicas_that_cannot_go_on_are_kept() {
     let work = TestFolder::new(&case());
     // Many samples, because the limit is checked at samples.
-    let often = "--set run.samples_per_decade=200";
+    let often = "--set run.samples_per_decade=60";
     work.done(&format!(
         "run case.toml --threads 1 --quiet --out free {often}"
     ));

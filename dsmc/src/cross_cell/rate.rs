@@ -185,8 +185,8 @@ impl<S: Space> Rates<S> {
         }
     }
 
-    /// Returns the packing fraction times the contact value chi, and its second derivative,
-    /// interpolated within the table and computed beyond.
+    /// Returns phi chi(phi), the packing fraction `packing` times the contact value, and its second
+    /// derivative by phi: interpolated in the table of packing fractions, computed beyond the table.
     #[inline]
     pub(super) fn covered_chi_near(&self, packing: f64) -> [f64; 2] {
         let place = packing * PACKINGS as f64;

@@ -215,7 +215,8 @@ where
         (self.cells, self.drawn) = (cells, drawn);
     }
 
-    /// Tests a batch of candidates in the order in which they were drawn, and empties it.
+    /// Accepts or rejects each candidate pair of a batch by the rule of the scheme, in the order in
+    /// which the pairs were drawn, collides the accepted pairs, and empties the batch.
     #[inline(always)]
     fn meet_all(
         &mut self,

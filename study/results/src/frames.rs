@@ -155,8 +155,8 @@ impl Crowd {
     }
 }
 
-/// Returns true if a frame samples a particle with this number and weight w: with the probability w
-/// / share.
+/// Returns true if a frame of the player shows a particle with this number: with the probability
+/// `weight / share`, where `share` is the weight for which each particle shown stands.
 #[inline]
 pub fn keeps(number: u64, weight: f64, share: f64) -> bool {
     hash_number(number) as f64 / 2_f64.powi(64) * share < weight

@@ -1,4 +1,4 @@
-//! The particles: what they are and what happens when they meet.
+//! Section `[gas]` of a case file and its species: number, sizes, masses and laws of collision.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

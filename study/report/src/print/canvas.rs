@@ -121,7 +121,7 @@ impl Area {
         self.right - self.left
     }
 
-    /// Returns the height of the area \[pt\].
+    /// Returns the height of the plot area, between the axes of a figure \[pt\].
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }

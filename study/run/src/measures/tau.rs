@@ -11,8 +11,8 @@ use super::species_record::{SpeciesRecord, SpeciesSample, against, measured};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, Predicted};
 
-/// Computes the rate `d tau_1/dt` at temperature 1; `None` if species 1 is a tracer or has many
-/// sizes.
+/// Computes the rate at which a particle of species 1 collides with its like at temperature 1
+/// \[1/time\], `d tau_1/dt`; `None` if species 1 is a tracer or has many sizes.
 pub(super) fn rate(plan: &CasePlan) -> Option<f64> {
     let single = plan.classes.len() == plan.species.len() && plan.case.aggregation.is_none();
     let mixture = plan.mixture().ok().filter(|_| single)?;

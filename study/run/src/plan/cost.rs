@@ -40,8 +40,7 @@ const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
 /// \[bytes\].
 const FITTING: f64 = 60.0;
 
-/// Memory of strips of a gas of exact disks, per disk: once for the gas, and once for each strip
-/// \[bytes\].
+/// Memory per disk of a gas of exact disks that n strips share: n + 1 times this number \[bytes\].
 const STRIP: f64 = 64.0;
 
 /// Memory of a Monte Carlo cell \[bytes\].

@@ -331,7 +331,9 @@ pub(super) fn replicas(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
         key "engine", "", "Engine";
         key "time", "time", "Time since the start";
         value "particles", "1", "Number of particles";
+        value "collisions", "1", "Pair collisions since the start";
         value "collisions_per_particle", "1", "Collisions of a particle since the start; empty with tracers";
+        value "translational_energy", "energy", "Energy of translation, of all particles";
         value "energy_ratio", "1", "K/K(0), without tracers";
         value "temperature", "energy", "Granular temperature";
         value "fourth_cumulant", "1", "Fourth cumulant a2 of the velocities";
@@ -342,8 +344,9 @@ pub(super) fn replicas(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
                 let all = sample.total();
                 table.add((
                     (replica, engine.name, sample.time),
-                    all.number,
+                    [all.number, sample.collisions],
                     collisions_per_particle(plan, series, index),
+                    all.translation * plan.scale.energy,
                     energy_ratio(plan, series, index),
                     all.temperature(freedom) * plan.scale.energy,
                     all.fourth_cumulant(dimension),
