@@ -174,11 +174,11 @@ fn luding_1998_is_as_published() {
     assert_eq!(case.units, UnitsSpec::Si);
     assert_eq!(case.gas.restitution, RestitutionSpec::Constant(0.8));
     let plan = CasePlan::new(case, Path::new("")).expect("a plan");
-    assert_eq!((plan.count(), plan.packing_fraction), (99856, 0.25));
+    assert_eq!((plan.count(), plan.gas.packing_fraction), (99856, 0.25));
     assert!(
-        (plan.lengths[0] / 560.095 - 1.0).abs() < 1e-6,
+        (plan.gas.lengths[0] / 560.095 - 1.0).abs() < 1e-6,
         "{:?}",
-        plan.lengths
+        plan.gas.lengths
     );
     assert!((plan.scale.energy / (0.5e-6 * 0.2047 * 0.2047) - 1.0).abs() < 1e-14);
     let rate = 1.0 / plan.time_in_case();
@@ -221,16 +221,23 @@ fn species_follow_from_rules() {
         plan(&(gas.to_owned() + &table), &[])
     };
     // 1000 k^-3 falls below one at k = 10 and below one half at k = 12.6.
-    assert_eq!(law("down").species.len(), 10);
-    assert_eq!(law("nearest").species.len(), 12);
-    let second = law("down").species[1].clone();
+    assert_eq!(law("down").gas.species.len(), 10);
+    assert_eq!(law("nearest").gas.species.len(), 12);
+    let second = law("down").gas.species[1].clone();
     assert_eq!((second.count, second.mass), (125, 2.0));
     assert!((2.0 * second.radius - 2.0_f64.cbrt()).abs() < 1e-15);
     let sizes = "[polydisperse]\nnumber = 40000\ndistribution = \"log-normal\"\nrelative_width = 0.3\ngroups = 8\n";
     let continuous = plan(&(gas.to_owned() + sizes), &[]);
-    assert_eq!(continuous.species.len(), 8);
-    assert!(continuous.species.iter().all(|group| group.count == 5000));
+    assert_eq!(continuous.gas.species.len(), 8);
+    assert!(
+        continuous
+            .gas
+            .species
+            .iter()
+            .all(|group| group.count == 5000)
+    );
     let mean = continuous
+        .gas
         .species
         .iter()
         .map(|group| 2.0 * group.radius / 8.0)

@@ -80,7 +80,7 @@ fn look(path: &Path, text: &str, set: &[String]) -> Result<(), TestCaseError> {
                 outline.cost.bytes >= 0.0 && !outline.engines.is_empty(),
                 "{set:?}"
             );
-            for text in outline.warnings.iter().chain(&planned.plan.choices) {
+            for text in outline.warnings.iter().chain(&planned.plan.notes.choices) {
                 assert!(is_readable(text), "{set:?}: {text}");
             }
         }

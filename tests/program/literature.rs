@@ -59,7 +59,7 @@ fn species_of_disks_give_sizes_and_units() {
     let bath = "[thermostat]\nkind = \"white-noise\"\nheating = 1\ninterval = 0.05\n";
     let binary = DRIVEN_MIXTURE.replace(bath, "");
     let plan = plan(&binary, &[]);
-    let counts: Vec<usize> = plan.species.iter().map(|one| one.count).collect();
+    let counts: Vec<usize> = plan.gas.species.iter().map(|one| one.count).collect();
     assert_eq!(counts, [63, 27]);
     // Means of diameter and mass are one: (0.7 + 0.3 2) = 1.3, (0.7 + 0.3 4) = 1.9.
     assert!((plan.scale.length - 1.3).abs() < 1e-12 && (plan.scale.mass - 1.9).abs() < 1e-12);
@@ -67,8 +67,8 @@ fn species_of_disks_give_sizes_and_units() {
     let area = |one: &stosszahl::study::plan::SpeciesPlan| {
         one.count as f64 * std::f64::consts::PI * one.radius * one.radius
     };
-    let covered: f64 = plan.species.iter().map(area).sum();
-    assert!((covered / plan.volume / 0.2 - 1.0).abs() < 1e-12);
+    let covered: f64 = plan.gas.species.iter().map(area).sum();
+    assert!((covered / plan.gas.volume / 0.2 - 1.0).abs() < 1e-12);
 }
 
 /// Partial temperatures, by the numbers of their disks, make up the energy of the gas, and every

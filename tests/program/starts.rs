@@ -113,12 +113,12 @@ fn species_of_a_file_are_species() {
          diameter = 5\nmass = 25\n[box]\nsize = [60, 60]\n[run]\nuntil = 1\n[engine.ed]\n",
         &[],
     );
-    assert_eq!(found.species.len(), 2);
-    assert_eq!([0, 1].map(|k| found.species[k].count), [86, 14]);
+    assert_eq!(found.gas.species.len(), 2);
+    assert_eq!([0, 1].map(|k| found.gas.species[k].count), [86, 14]);
     for (found, twin) in [
-        (found.mean_free_time, twin.mean_free_time),
-        (found.haff_time, twin.haff_time),
-        (found.packing_fraction, twin.packing_fraction),
+        (found.clock.mean_free_time, twin.clock.mean_free_time),
+        (found.clock.haff_time, twin.clock.haff_time),
+        (found.gas.packing_fraction, twin.gas.packing_fraction),
         (found.scale.length, twin.scale.length),
     ] {
         assert!((found / twin - 1.0).abs() < 1e-13, "{found} {twin}");
@@ -142,6 +142,7 @@ fn species_of_a_file_are_species() {
     ))
     .expect("a plan")[0]
         .plan
+        .gas
         .species
         .iter()
         .map(|one| one.name.clone())
@@ -173,9 +174,9 @@ fn continuous_sizes_of_a_file_are_classes() {
     let file = format().read(&case, &[]).expect("a case");
     let planned = study::check_case(&file).expect("a plan");
     let plan = &planned[0].plan;
-    assert_eq!(plan.species.len(), 1);
-    assert!(plan.classes.len() > 12, "{}", plan.classes.len());
-    let counts: usize = plan.classes.iter().map(|one| one.count).sum();
+    assert_eq!(plan.gas.species.len(), 1);
+    assert!(plan.gas.classes.len() > 12, "{}", plan.gas.classes.len());
+    let counts: usize = plan.gas.classes.iter().map(|one| one.count).sum();
     assert_eq!(counts, 225);
 }
 

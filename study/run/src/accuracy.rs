@@ -70,7 +70,7 @@ pub fn choose_resolution<'a>(
         let found = pool.install(|| choose(&one.plan, target, options.stop));
         let (case, choices) = found.map_err(RunError::Pilot)?;
         let mut settled = Planned::plan_point(file, one.point, &case, options.free_memory())?;
-        settled.plan.choices.extend(choices);
+        settled.plan.notes.choices.extend(choices);
         Ok(settled)
     };
     planned.into_iter().map(one).collect()
@@ -125,7 +125,7 @@ fn choose(
 
 /// Case of the pilot: a small box of the same gas, up to `t_0`.
 fn pilot(plan: &CasePlan) -> Case {
-    let density = plan.packing_fraction / std::f64::consts::FRAC_PI_4;
+    let density = plan.gas.packing_fraction / std::f64::consts::FRAC_PI_4;
     let side = STABLE * plan.critical_length();
     let stable = (density * side * side).min(MOST_DISKS as f64);
     let disks = (stable as usize).clamp(FEWEST_DISKS, plan.count().max(FEWEST_DISKS));
@@ -139,11 +139,11 @@ fn pilot(plan: &CasePlan) -> Case {
         };
         case.gas.number = Some(disks as u64);
     }
-    let mut case = resized(&case, disks, plan.packing_fraction);
+    let mut case = resized(&case, disks, plan.gas.packing_fraction);
     case.accuracy = None;
     case.measure.clear();
     case.engine.ed = None;
-    case.run.until = if plan.law.is_elastic() {
+    case.run.until = if plan.gas.law.is_elastic() {
         ELASTIC
     } else {
         COOLING
@@ -167,7 +167,7 @@ struct Choice {
 
 impl Choice {
     fn words(&self, engine: &str, small: &CasePlan, target: f64) -> String {
-        let what = if small.law.is_elastic() {
+        let what = if small.gas.law.is_elastic() {
             "the collision rate over Enskog's"
         } else {
             "K at t0 over Haff's law"
@@ -204,11 +204,11 @@ struct Search<'a> {
 impl Search<'_> {
     fn measure(&self, engine: &EnginePlan, parameters: Parameters) -> Result<Choice, PartError> {
         let plan = self.plan;
-        let elastic = plan.law.is_elastic();
+        let elastic = plan.gas.law.is_elastic();
         let reference = if elastic {
             (1.0 - 1.0 / plan.count() as f64).sqrt()
         } else {
-            transport::relaxing_haff_law(plan.restitution, COOLING)
+            transport::relaxing_haff_law(plan.gas.restitution, COOLING)
         };
         let engine = EnginePlan {
             kind: EngineKind::MonteCarlo(parameters),

@@ -140,7 +140,7 @@ fn the_error_goes_with_the_square_of_the_interval() {
         };
         let all: RunningMoments = (0..plan.case.replicas).map(one).collect();
         let state = plan.bath_state().expect("a steady state");
-        let factor = state.cooling_rate / state.temperature.sqrt() * plan.time;
+        let factor = state.cooling_rate / state.temperature.sqrt() * plan.clock.time;
         // Temperature after a flight of `time`, by Haff's law.
         let flown = |t: f64, time: f64| t / (1.0 + 0.5 * factor * t.sqrt() * time).powi(2);
         let left = (-0.4 * interval).exp();

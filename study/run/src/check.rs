@@ -142,7 +142,7 @@ impl<'a> Planned<'a> {
         }
         plan.case.verdict.sonine_orders = Some(1);
         let unsolved = InvalidValue::new("replicas", 0.0, "at least 1");
-        plan.theory = OnceLock::from(Err(unsolved.into()));
+        plan.theory.curves = OnceLock::from(Err(unsolved.into()));
         let none: Vec<Vec<CompletedRun>> = plan.engines.iter().map(|_| Vec::new()).collect();
         let each = self.measures.iter().enumerate().flat_map(|(measure, one)| {
             let runs = ReplicaRecords {
@@ -198,7 +198,7 @@ impl<'a> Planned<'a> {
                 rows *= plan.case.replicas as f64;
             }
             if has("species") {
-                rows *= plan.species.len() as f64;
+                rows *= plan.gas.species.len() as f64;
             }
             all += rows * (ROW + (size_of::<TableCell>() * table.columns.len()) as f64);
         }
@@ -277,7 +277,7 @@ impl<'a> Planned<'a> {
             replicas: self.plan.case.replicas,
             power: spreads.map(|one| one.power(replicas, level)).collect(),
             cost: self.cost(threads),
-            choices: self.plan.choices.clone(),
+            choices: self.plan.notes.choices.clone(),
             warnings: self.warnings(),
             unknown: self.plan.unknown_to_the_estimate(),
         }
@@ -296,7 +296,13 @@ impl<'a> Planned<'a> {
                 )
             })
         });
-        self.plan.warnings.iter().cloned().chain(slow).collect()
+        self.plan
+            .notes
+            .warnings
+            .iter()
+            .cloned()
+            .chain(slow)
+            .collect()
     }
 }
 
@@ -372,7 +378,7 @@ pub fn chosen(plan: &CasePlan) -> Result<Vec<&'static dyn Measure>, PlanError> {
 fn check_accuracy(plan: &CasePlan) -> Result<(), PlanError> {
     let found = if plan.case.accuracy.is_none() {
         return Ok(());
-    } else if plan.dimension != 2 {
+    } else if plan.gas.dimension != 2 {
         "spheres"
     } else if !plan.is_uniform() {
         "walls, openings, obstacles or gravity"

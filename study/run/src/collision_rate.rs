@@ -78,13 +78,13 @@ impl RateWindow {
             return Ok(None);
         };
         let activity = busiest_particles(plan, gas.recent_contacts());
-        let rate = rate * plan.time;
-        let limit = limit * plan.time;
+        let rate = rate * plan.clock.time;
+        let limit = limit * plan.clock.time;
         if is_whole && rate > limit {
             return Err(Failure::new(CollisionRateError {
                 rate,
                 limit,
-                since: begin / plan.time,
+                since: begin / plan.clock.time,
                 activity,
             }));
         }

@@ -103,13 +103,13 @@ pub fn check_start(plan: &CasePlan) -> Result<(), PlanError> {
                 let boundaries = plan.exact_boundaries(Streams::new(plan.case.seed, 0))?;
                 let nothing = Particles {
                     time: 0.0,
-                    dimension: plan.dimension,
-                    lengths: plan.lengths,
+                    dimension: plan.gas.dimension,
+                    lengths: plan.gas.lengths,
                     periodic: [0, 1, 2].map(|axis| plan.is_periodic_along(axis)),
                     all: Vec::new(),
                 };
                 let made = stosszahl_ed::simulate(
-                    &plan.grains,
+                    &plan.gas.particles,
                     DissipationRule::Scene,
                     &boundaries,
                     &nothing,
@@ -127,16 +127,16 @@ pub fn check_start(plan: &CasePlan) -> Result<(), PlanError> {
             EngineKind::MonteCarlo(parameters) => {
                 let boundaries = plan.boundaries::<Volume>(engine)?;
                 let gas = CellGas {
-                    grains: &plan.grains,
+                    grains: &plan.gas.particles,
                     parameters: *parameters,
                     boundaries: &boundaries,
                     streams: Streams::new(plan.case.seed, 0),
                     displacements: false,
                 };
                 let expected = ExpectedGas {
-                    lengths: plan.lengths,
+                    lengths: plan.gas.lengths,
                     mean_radius: plan.mean_radius(),
-                    packing_fraction: plan.packing_fraction,
+                    packing_fraction: plan.gas.packing_fraction,
                 };
                 stosszahl_dsmc::check_gas(&gas, &expected)
                     .map_err(|error| refuse(error.in_units(&units).to_string()))?;
@@ -198,7 +198,7 @@ pub(crate) fn hold(
     };
     let boundaries = plan.boundaries::<Volume>(engine)?;
     let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
-    let (count, lengths) = (plan.count(), plan.lengths);
+    let (count, lengths) = (plan.count(), plan.gas.lengths);
     Ok(stosszahl_dsmc::serve_domain(
         &gas,
         count,
@@ -218,7 +218,7 @@ fn in_cells<'a>(
     needs: Needs,
 ) -> CellGas<'a> {
     CellGas {
-        grains: &plan.grains,
+        grains: &plan.gas.particles,
         parameters,
         boundaries,
         streams: streams.branch(scheme_branch(plan, parameters.scheme)),
@@ -248,12 +248,17 @@ fn made(
             Ok(match from {
                 From::Start(start) => {
                     let start = initial_states(plan, start, 1, streams, interrupt)?;
-                    stosszahl_ed::simulate(&plan.grains, dissipation, &boundaries, &start[0])?
+                    stosszahl_ed::simulate(
+                        &plan.gas.particles,
+                        dissipation,
+                        &boundaries,
+                        &start[0],
+                    )?
                 }
                 From::Checkpoint(bytes, _) => {
                     let count = plan.count();
                     stosszahl_ed::resume(
-                        &plan.grains,
+                        &plan.gas.particles,
                         count,
                         dissipation,
                         &boundaries,
@@ -282,7 +287,7 @@ fn made(
                 From::Checkpoint(checkpoint, beside) => {
                     let left = CheckpointSource {
                         count: plan.count(),
-                        lengths: plan.lengths,
+                        lengths: plan.gas.lengths,
                         checkpoint,
                         beside,
                     };
@@ -297,22 +302,23 @@ fn made(
             let temperatures = plan.kind_temperatures();
             let groups = plan.groups();
             let gas = HomogeneousSettings {
-                dimension: plan.dimension,
-                grains: &plan.grains,
+                dimension: plan.gas.dimension,
+                grains: &plan.gas.particles,
                 count: plan.count(),
-                volume: plan.volume,
+                volume: plan.gas.volume,
                 contact: match plan.contact() {
                     theory::ContactValues::Dilute => PairCorrelationFactor::Dilute,
                     theory::ContactValues::Enskog => PairCorrelationFactor::Enskog,
                 },
                 temperatures: &temperatures,
-                velocities: plan.velocities,
+                velocities: plan.gas.velocities,
                 pick: match selection {
                     SelectionSpec::AliasTables => PairSelection::AliasTables,
                     SelectionSpec::LowRank => PairSelection::LowRank,
                     SelectionSpec::SingleMajorant => PairSelection::SingleMajorant,
                 },
                 tracer: plan
+                    .gas
                     .species
                     .iter()
                     .position(|one| one.tracer)

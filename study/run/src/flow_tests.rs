@@ -118,7 +118,7 @@ fn a_gas_among_obstacles_has_their_free_area() {
         close(derived(&plan, "packing_fraction"), packing);
         let mean_free = DISCS.replace("until = 400", "until = 10\ntime_unit = \"mean-free-time\"");
         let by_path = self::plan(&mean_free.replace("ENGINE", engine));
-        close(by_path.mean_free_time, 400.0 / collisions);
+        close(by_path.clock.mean_free_time, 400.0 / collisions);
         close(derived(&by_path, "unit_of_time"), 400.0 / collisions);
         if engine == "ed" {
             continue;
@@ -142,17 +142,17 @@ fn a_packing_fraction_is_of_what_obstacles_leave() {
                 [[obstacle]]\ncircle = { centre = [10, 10], radius = 4 }\n\
                 [[obstacle]]\npolygon = [[10, 20], [20, 20], [20, 24], [10, 24]]\n[run]\nuntil = 1\n[engine.ed]\n";
     let flat = plan(text);
-    let [width, height, _] = flat.lengths;
+    let [width, height, _] = flat.gas.lengths;
     let wanted = 600.0 * PI / 4.0 / 0.1 + 16.0 * PI + 40.0;
     assert!((width * height / wanted - 1.0).abs() < 1e-8);
     assert!((height / width - 2.0).abs() < 1e-12);
-    assert_eq!(flat.packing_fraction, 0.1);
+    assert_eq!(flat.gas.packing_fraction, 0.1);
     // Obstacles may overlap one another, and cover the whole box.
     let twice = text.replace(
         "[[obstacle]]\npolygon",
         "[[obstacle]]\ncircle = { centre = [10, 10], radius = 3 }\n[[obstacle]]\npolygon",
     );
-    assert!((plan(&twice).volume / flat.volume - 1.0).abs() < 1e-8);
+    assert!((plan(&twice).gas.volume / flat.gas.volume - 1.0).abs() < 1e-8);
     let full = text
         .replace(
             "packing_fraction = 0.1\naspect_ratio = 2",
@@ -196,14 +196,14 @@ fn fields_among_obstacles_are_of_the_free_area() {
                 [run]\nuntil = 40\nsamples = 80\n[engine.ed]\n[measure.fields]\ncells = [4, 4]\n";
     let plan = plan(text);
     let (tables, _) = measured(&plan, "fields");
-    let density = 600.0 / plan.volume;
+    let density = 600.0 / plan.gas.volume;
     // Computed by hand, without the corners of the polygon.
     let polygon = 0.5 * (8.0_f64 * 8.0 - 1.0 * 3.0);
     let around = 400.0 - PI * 5.025 * 5.025 - polygon;
     assert!(
-        (plan.volume / around - 1.0).abs() < 0.01,
+        (plan.gas.volume / around - 1.0).abs() < 0.01,
         "{} {around}",
-        plan.volume
+        plan.gas.volume
     );
     let mut judged = 0;
     for table in &tables {
@@ -246,7 +246,7 @@ fn flows_resolve_their_free_path_or_say_so() {
     // Whole numbers of cells make them up to a 43rd wider.
     assert!((0.48..0.52).contains(&width), "{width}");
     assert!((9.5..11.0).contains(&simulators), "{simulators}");
-    assert_eq!(fine.warnings, Vec::<String>::new());
+    assert_eq!(fine.notes.warnings, Vec::<String>::new());
     assert!(fine.numerical_error(&fine.engines[0]).is_none());
     // With more particles than simulators wanted, each particle has one simulator, in cells that
     // hold ten.
@@ -266,11 +266,12 @@ fn flows_resolve_their_free_path_or_say_so() {
     ] {
         let plan = plan(&format!("{WALLS}{engines}"));
         let named = plan
+            .notes
             .warnings
             .iter()
             .filter(|one| one.contains(words))
             .count();
-        assert_eq!(named, 1, "{:?}", plan.warnings);
+        assert_eq!(named, 1, "{:?}", plan.notes.warnings);
         let said = plan.numerical_error(&plan.engines[1]).expect("a reason");
         assert!(said.contains(reason), "{said}");
         let (_, verdicts) = measured(&plan, "fields");
@@ -298,14 +299,15 @@ fn any_number_of_samples_has_its_blocks() {
         check::chosen(&plan).expect("measures");
         let told = format!("measure.fields.blocks = {blocks}:");
         let chosen = plan
+            .notes
             .choices
             .iter()
             .filter(|one| one.starts_with(&told))
             .count();
-        assert_eq!(chosen, 1, "{samples}: {:?}", plan.choices);
+        assert_eq!(chosen, 1, "{samples}: {:?}", plan.notes.choices);
     }
     let usual = plan(&text(400));
-    assert!(!usual.choices.iter().any(|one| one.contains("blocks")));
+    assert!(!usual.notes.choices.iter().any(|one| one.contains("blocks")));
     let refused = planned(&text(326)).expect_err("no divisor");
     assert_eq!(refused.key, "run.samples");
     assert!(refused.allowed.contains("such as 360"), "{refused}");

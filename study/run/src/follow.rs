@@ -208,7 +208,7 @@ impl EngineRun<'_> {
             if let Some(activity) = course.look_at_rate()? {
                 control.tell_activity(&activity);
             }
-            let time = course.gas.time() / plan.time;
+            let time = course.gas.time() / plan.clock.time;
             control.report_progress(
                 plan.done_share(time),
                 course.gas.work_counters().collisions.saturating_sub(before),
@@ -496,9 +496,9 @@ impl Saved {
 
 /// Returns the kinetic energy of the gas at the start \[energy\].
 fn start_energy(plan: &CasePlan) -> f64 {
-    let species = plan.species.iter();
+    let species = plan.gas.species.iter();
     let twice: f64 = species.map(|one| one.count as f64 * one.temperature).sum();
-    0.5 * plan.dimension as f64 * twice
+    0.5 * plan.gas.dimension as f64 * twice
 }
 
 fn kinetic_energy(gas: &dyn Simulation) -> f64 {

@@ -29,7 +29,7 @@ impl StochasticDrive {
         let Some((bath, interval)) = plan.bath()? else {
             return Ok(None);
         };
-        let masses = if let SizeDistribution::Equal(one) = &plan.grains.sizes {
+        let masses = if let SizeDistribution::Equal(one) = &plan.gas.particles.sizes {
             Masses::Equal(one.mass)
         } else if plan.case.is_open() {
             Masses::Changing
@@ -41,7 +41,7 @@ impl StochasticDrive {
             bath,
             interval,
             masses,
-            dimension: plan.dimension,
+            dimension: plan.gas.dimension,
             streams,
         }))
     }

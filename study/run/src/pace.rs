@@ -225,7 +225,7 @@ fn flying(
         // In the middle of a step the time is not defined, but collisions are counted.
         course.gas.work_counters().collisions as f64 / plan.collisions(part.engine)
     } else {
-        plan.done_share(course.gas.time() / plan.time)
+        plan.done_share(course.gas.time() / plan.clock.time)
     };
     Ok((began.elapsed().as_secs_f64(), done))
 }

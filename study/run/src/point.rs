@@ -113,7 +113,7 @@ impl Job<'_> {
             return Ok(None);
         }
         self.place.remove_checkpoints()?;
-        let warnings = self.planned.plan.warnings.clone();
+        let warnings = self.planned.plan.notes.warnings.clone();
         Ok(Some(self.summary(
             true,
             Instant::now(),
@@ -302,7 +302,7 @@ impl Job<'_> {
             was_complete,
             seconds: began.elapsed().as_secs_f64(),
             verdicts,
-            choices: self.planned.plan.choices.clone(),
+            choices: self.planned.plan.notes.choices.clone(),
             warnings,
         }
     }
@@ -388,7 +388,7 @@ impl Job<'_> {
         } = *self;
         let plan = &planned.plan;
         let all = self.separate_failures(replicas)?;
-        let mut warnings = plan.warnings.clone();
+        let mut warnings = plan.notes.warnings.clone();
         warnings.extend(
             all.failed
                 .iter()
@@ -463,7 +463,7 @@ impl Job<'_> {
             start: all.starts,
             engines,
             verdicts,
-            choices: plan.choices.clone(),
+            choices: plan.notes.choices.clone(),
             warnings,
             snapshots,
             frames,
@@ -478,7 +478,7 @@ impl Job<'_> {
 
 /// Relabels time axes of figures with the unit of time of the case: "t/t0", "lag/t0".
 fn label_times(table: &mut Table, plan: &CasePlan) {
-    let unit = match plan.time_unit {
+    let unit = match plan.clock.time_unit {
         TimeUnit::Case => return,
         TimeUnit::Haff => "t0",
         TimeUnit::MeanFreeTime => "mean free time",
@@ -504,7 +504,7 @@ fn label_times(table: &mut Table, plan: &CasePlan) {
 /// Returns the unit of time of a case for the manifest.
 fn time_unit(plan: &CasePlan) -> stosszahl_results::TimeUnitSize {
     stosszahl_results::TimeUnitSize {
-        name: match plan.time_unit {
+        name: match plan.clock.time_unit {
             TimeUnit::Case => "unit of time of the case",
             TimeUnit::Haff => "Haff's cooling time of the start",
             TimeUnit::MeanFreeTime => "mean free time of the start",

@@ -96,7 +96,7 @@ pub fn placed(
         0 => streams,
         _ => streams.branch(SETS).branch(set),
     };
-    match (plan.dimension, plan.grains.rough) {
+    match (plan.gas.dimension, plan.gas.particles.rough) {
         (2, None) => by_surface::<Plane, _>(plan, Smooth, set, streams, interrupt),
         (2, Some(rough)) => by_surface::<Plane, Rough>(plan, rough, set, streams, interrupt),
         (_, None) => by_surface::<Volume, _>(plan, Smooth, set, streams, interrupt),
@@ -134,7 +134,11 @@ fn by_surface<S: Space, C: Surface<S>>(
         plan.count()
     };
     let radius = |index: usize| scene.sizes.radius(scene.sizes.tag_of(index));
-    let given = plan.file.as_ref().and_then(|file| file.positions.as_ref());
+    let given = plan
+        .gas
+        .file
+        .as_ref()
+        .and_then(|file| file.positions.as_ref());
     let (positions, reciprocal, placement) = if let Some(given) = given {
         let places = given.iter().map(|at| S::from_components(|axis| at[axis]));
         (places.collect(), Vec::new(), "file".to_owned())
@@ -170,7 +174,7 @@ fn by_surface<S: Space, C: Surface<S>>(
     };
     if set == 0 && plan.draws_after_equilibration() {
         let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
-        initial::maxwellian(&scene, &mut state, plan.temperature, &mut stream);
+        initial::maxwellian(&scene, &mut state, plan.gas.temperature, &mut stream);
     } else {
         velocities(plan, &scene, &mut state, streams, 0);
     }
@@ -189,6 +193,7 @@ fn velocities<S: Space, C: Surface<S>>(
     let start = &plan.case.start;
     let stream = |purpose| streams.stream_at(purpose, [draw, 0]);
     if let Some(file) = plan
+        .gas
         .file
         .as_ref()
         .filter(|_| start.velocities == VelocitiesSpec::FILE)
@@ -209,15 +214,15 @@ fn velocities<S: Space, C: Surface<S>>(
         }
         return;
     }
-    let law = plan.velocities;
+    let law = plan.gas.velocities;
     let mut own = stream(Purpose::Velocities);
-    initial::draw_velocities(scene, state, plan.temperature, law, &mut own);
+    initial::draw_velocities(scene, state, plan.gas.temperature, law, &mut own);
     if let Some(drift) = &start.velocity {
         for body in &mut state.bodies {
             body.velocity += S::from_components(|axis| drift[axis]);
         }
     }
-    let spins = start.spin_temperature.unwrap_or(plan.temperature);
+    let spins = start.spin_temperature.unwrap_or(plan.gas.temperature);
     initial::thermal_spins(scene, state, spins, &mut stream(Purpose::Spins));
 }
 
@@ -229,7 +234,7 @@ fn order(plan: &CasePlan, stream: &mut impl Rng) -> Option<Vec<usize>> {
     }
     let mut order: Vec<usize> = (0..plan.count()).collect();
     let mut rest = &mut order[..];
-    for species in &plan.species {
+    for species in &plan.gas.species {
         let (own, others) = std::mem::take(&mut rest).split_at_mut(species.count);
         own.shuffle(stream);
         rest = others;
@@ -266,9 +271,9 @@ fn in_plane(
     radius: impl Fn(usize) -> f64,
     interrupt: &Interrupt,
 ) -> Result<Placed, StartError> {
-    let domain = Domain::<Plane>::periodic([plan.lengths[0], plan.lengths[1]].into())?;
+    let domain = Domain::<Plane>::periodic([plan.gas.lengths[0], plan.gas.lengths[1]].into())?;
     let (placement, name) = match plan.arrangement() {
-        Some(_) if matches!(plan.grains.sizes, SizeDistribution::Each(_)) => {
+        Some(_) if matches!(plan.gas.particles.sizes, SizeDistribution::Each(_)) => {
             let radii: Vec<f64> = (0..plan.count()).map(&radius).collect();
             let placement = initial::place_unequal(&radii, &domain, &streams, interrupt)?;
             (placement, "disordered, large particles first".to_owned())
@@ -330,7 +335,7 @@ fn particles<S: Space, C: Surface<S>>(
     Particles {
         time: state.time,
         dimension: S::DIMENSION,
-        lengths: plan.lengths,
+        lengths: plan.gas.lengths,
         periodic: [0, 1, 2].map(|axis| state.domain.is_periodic(axis)),
         all: state.bodies.iter().enumerate().map(particle).collect(),
     }
@@ -340,10 +345,10 @@ fn particles<S: Space, C: Surface<S>>(
 /// after it. A start whose periodic images are displaced already is not equilibrated and keeps its
 /// shear.
 fn at_rest(plan: &CasePlan) -> ParticleSpec {
-    let has_begun = plan.grains.shear_offset != 0.0;
+    let has_begun = plan.gas.particles.shear_offset != 0.0;
     ParticleSpec {
-        shear_rate: plan.grains.shear_rate.filter(|_| has_begun),
-        ..plan.grains.clone()
+        shear_rate: plan.gas.particles.shear_rate.filter(|_| has_begun),
+        ..plan.gas.particles.clone()
     }
 }
 
@@ -353,10 +358,10 @@ fn rescale(plan: &CasePlan, all: &mut Particles) -> Result<(), StartError> {
     let body = |one: &Particle| ParticleState::new(one.position.xy(), one.velocity.xy());
     let mut state: State<Each<Plane, Smooth>> = State {
         time: 0.0,
-        domain: Domain::periodic([plan.lengths[0], plan.lengths[1]].into())?,
+        domain: Domain::periodic([plan.gas.lengths[0], plan.gas.lengths[1]].into())?,
         bodies: all.all.iter().map(body).collect(),
     };
-    initial::rescale(&scene, &mut state, plan.temperature);
+    initial::rescale(&scene, &mut state, plan.gas.temperature);
     for (particle, body) in all.all.iter_mut().zip(&state.bodies) {
         particle.velocity = body.velocity.spatial();
     }
@@ -547,7 +552,7 @@ impl Preparation {
         let mut particles = self.gas(plan, streams)?.particles();
         particles.time = 0.0;
         if plan.draws_after_equilibration() {
-            return match plan.grains.rough {
+            return match plan.gas.particles.rough {
                 None => with_initial_velocities(plan, Smooth, &particles, streams),
                 Some(rough) => with_initial_velocities(plan, rough, &particles, streams),
             };
@@ -565,14 +570,14 @@ impl Preparation {
             return tests;
         }
         let places: Vec<Vector2<f64>> = particles.all.iter().map(|one| one.position.xy()).collect();
-        let lengths = [plan.lengths[0], plan.lengths[1]];
-        let packing = plan.packing_fraction;
+        let lengths = [plan.gas.lengths[0], plan.gas.lengths[1]];
+        let packing = plan.gas.packing_fraction;
         let peaks = &self.reciprocal;
         let forgotten = || equilibrium::lattice_forgotten(&places, lengths, peaks, packing);
         tests.extend((!peaks.is_empty()).then(forgotten));
-        let diameter = 2.0 * plan.species[0].radius;
+        let diameter = 2.0 * plan.gas.species[0].radius;
         let waves = || equilibrium::long_waves_fluctuate(&places, lengths, diameter, packing);
-        tests.extend(matches!(plan.grains.sizes, SizeDistribution::Equal(_)).then(waves));
+        tests.extend(matches!(plan.gas.particles.sizes, SizeDistribution::Equal(_)).then(waves));
         tests
     }
 }
@@ -584,7 +589,7 @@ pub(crate) fn pairs(plan: &CasePlan, per_particle: f64) -> u64 {
 
 /// Returns true if elastic dynamics equilibrates or tests the start of a case; only for hard disks.
 pub fn is_prepared(plan: &CasePlan) -> bool {
-    plan.is_disk_fluid() || plan.dimension == 2 && plan.equilibration() > 0.0
+    plan.is_disk_fluid() || plan.gas.dimension == 2 && plan.equilibration() > 0.0
 }
 
 #[cfg(test)]

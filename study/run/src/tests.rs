@@ -110,7 +110,7 @@ fn assert_resumes(text: &str) {
             preparation = postcard::from_bytes(&bytes).expect("the same");
         }
         Some(preparation.particles(&plan, streams).expect("particles"))
-    } else if plan.lengths[0] > 0.0 {
+    } else if plan.gas.lengths[0] > 0.0 {
         Some(placed(&plan, 0, streams, &never).expect("a start").0)
     } else {
         None
@@ -490,8 +490,12 @@ fn comparisons_with_large_numerical_errors_are_void() {
     );
     assert_eq!(void.kind, VerdictKind::Void);
     assert!(void.sentence.starts_with("Void, for DSMC Enskog has 1."));
-    let named = few.warnings.iter().filter(|one| one.contains("are void"));
-    assert_eq!(named.count(), 1, "{:?}", few.warnings);
+    let named = few
+        .notes
+        .warnings
+        .iter()
+        .filter(|one| one.contains("are void"));
+    assert_eq!(named.count(), 1, "{:?}", few.notes.warnings);
     let many = case(
         "[engine.dsmc-boltzmann]\n[engine.dsmc-free-volume]\n[engine.dsmc-enskog]\n[engine.dsmc-esmc]\n\
          [engine.dsmc-stochastic-disks]\n[engine.dsmc-contact-point]\n",
@@ -513,10 +517,11 @@ fn comparisons_with_large_numerical_errors_are_void() {
     );
     assert!(many.stated_rates([exact, &many.engines[3]], 1.0).is_none());
     let named = many
+        .notes
         .warnings
         .iter()
         .filter(|one| one.contains("its theory has 0."));
-    assert_eq!(named.count(), 2, "{:?}", many.warnings);
+    assert_eq!(named.count(), 2, "{:?}", many.notes.warnings);
 }
 
 /// The question names the engine whose verdict comes first; an engine that is not in the case is
@@ -654,8 +659,12 @@ fn a_gas_that_will_rest_is_named() {
         let text = text.replace("FLOOR", floor).replace("GRAVITY", gravity);
         let file = CaseFile::from_text(Path::new("test.toml"), &text, &[]).expect("a case");
         let plan = CasePlan::new(&file.points[0].case, Path::new(".")).expect("a plan");
-        let said = plan.warnings.iter().any(|one| one.starts_with("gravity: "));
-        assert_eq!(said, settled_particles, "{text}{:?}", plan.warnings);
+        let said = plan
+            .notes
+            .warnings
+            .iter()
+            .any(|one| one.starts_with("gravity: "));
+        assert_eq!(said, settled_particles, "{text}{:?}", plan.notes.warnings);
     }
 }
 

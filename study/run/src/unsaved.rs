@@ -97,7 +97,7 @@ pub(crate) fn window(run: &CompletedRun) -> Option<&CollisionWindow> {
 /// Computes the collision rate in the first time window, over Enskog's rate at the measured
 /// temperature.
 pub(crate) fn collision_rate(plan: &CasePlan, run: &CompletedRun) -> f64 {
-    let enskog = kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0);
+    let enskog = kinetic::collision_rate(plan.gas.packing_fraction, plan.gas.contact_value, 0.0);
     let found = window(run).and_then(|window| window.dissipation(enskog, plan.count()));
     found.map_or(f64::NAN, |found| found.rate)
 }

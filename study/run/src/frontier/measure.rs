@@ -430,7 +430,7 @@ impl<'a> Runner<'a> {
         if disks == self.plan.count() {
             return Ok(self.plan.clone());
         }
-        let case = resized(&self.plan.case, disks, self.plan.packing_fraction);
+        let case = resized(&self.plan.case, disks, self.plan.gas.packing_fraction);
         CasePlan::new(&case, &self.plan.folder)
     }
 

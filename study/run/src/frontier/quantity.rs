@@ -154,8 +154,8 @@ pub(crate) fn observe(
 ) -> Vec<f64> {
     let last = run.record::<GasSeries>().and_then(|all| all.last());
     let count = plan.count() * engine.copies();
-    let cumulant =
-        last.map(|sample| unbiased_cumulant(sample.total().fourth_cumulant(plan.dimension), count));
+    let cumulant = last
+        .map(|sample| unbiased_cumulant(sample.total().fourth_cumulant(plan.gas.dimension), count));
     let structure = last_structure_factor(run).filter(|_| whole);
     let structure = structure.map(|factor| {
         let low = || {
@@ -189,12 +189,12 @@ pub(crate) fn theory(plan: &CasePlan, quantity: FrontierQuantity) -> Option<Know
     if !plan.has_theory() || plan.case.thermostat.is_some() {
         return None;
     }
-    let value = match (plan.law.is_elastic(), quantity.kind) {
+    let value = match (plan.gas.law.is_elastic(), quantity.kind) {
         (true, QuantityKind::Energy) => 1.0,
         (true, QuantityKind::CollisionRate) => (1.0 - 1.0 / plan.count() as f64).sqrt(),
         (true, QuantityKind::Cumulant | QuantityKind::ImpactSlope) => 0.0,
         (false, QuantityKind::Energy) if !plan.has_unstable_modes() => {
-            transport::relaxing_haff_law(plan.restitution, plan.time_over_haff(quantity.time)?)
+            transport::relaxing_haff_law(plan.gas.restitution, plan.time_over_haff(quantity.time)?)
         }
         _ => return None,
     };

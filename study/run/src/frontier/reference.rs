@@ -52,13 +52,14 @@ impl Cache {
         hasher.update(serde_json::to_string(&case).unwrap_or_default().as_bytes());
         // Numbers of a start file, independent of its name.
         let lists = plan
+            .gas
             .file
             .iter()
             .flat_map(|file| [&file.positions, &file.velocities]);
         for number in lists.flatten().flatten().flatten() {
             hasher.update(&number.to_le_bytes());
         }
-        if plan.file.is_some() {
+        if plan.gas.file.is_some() {
             for (radius, mass) in plan.radii_and_masses() {
                 hasher.update(&radius.to_le_bytes());
                 hasher.update(&mass.to_le_bytes());

@@ -97,7 +97,7 @@ impl RunSetting {
                 parts.push(engine_title(self.engine.name).to_owned());
                 if *contact_time > 0.0 {
                     // Twelve digits, for units of time are no round numbers.
-                    let time = format!("{:.11e}", contact_time / plan.time);
+                    let time = format!("{:.11e}", contact_time / plan.clock.time);
                     let time: f64 = time.parse().unwrap_or(*contact_time);
                     parts.push(format!("contact time {time} t0"));
                 }
@@ -192,9 +192,9 @@ fn scheme_choices(parameters: &Parameters, plan: &CasePlan, disks: usize) -> Vec
 /// Returns the default start of several sets of simulators: coherent, with the long density waves
 /// of the start, if such waves grow.
 fn copies(plan: &CasePlan, disks: usize) -> SimulatorStart {
-    let widest = plan.lengths[0].max(plan.lengths[1]);
+    let widest = plan.gas.lengths[0].max(plan.gas.lengths[1]);
     let width = widest * (disks as f64 / plan.count() as f64).sqrt();
-    let cools = plan.restitution < 1.0 && plan.case.bath().is_none();
+    let cools = plan.gas.restitution < 1.0 && plan.case.bath().is_none();
     if cools && width > plan.critical_length() {
         SimulatorStart::Coherent
     } else {
@@ -279,7 +279,10 @@ pub(crate) fn settings_around(plan: &CasePlan) -> Vec<RunSetting> {
 /// Returns the numbers of disks of smaller systems at equal density; none if the start comes from a
 /// file or the gas has several species.
 fn smaller_systems(plan: &CasePlan) -> impl Iterator<Item = usize> + use<> {
-    let (disks, placed) = (plan.count(), plan.file.is_none() && plan.species.len() == 1);
+    let (disks, placed) = (
+        plan.count(),
+        plan.gas.file.is_none() && plan.gas.species.len() == 1,
+    );
     [4, 16]
         .into_iter()
         .map(move |part| disks / part)
@@ -300,7 +303,11 @@ fn exact(list: &mut List<'_>) {
             h,
             order: 1.0,
         };
-        list.add(event_driven(h * plan.time), plan.count(), Some(refinement));
+        list.add(
+            event_driven(h * plan.clock.time),
+            plan.count(),
+            Some(refinement),
+        );
     }
 }
 
@@ -341,7 +348,7 @@ fn contact_point(list: &mut List<'_>) {
 /// cell size and number of steps.
 fn within_cells(list: &mut List<'_>) {
     let plan = list.plan;
-    let path = kinetic::mean_free_path(plan.packing_fraction, plan.contact_value);
+    let path = kinetic::mean_free_path(plan.gas.packing_fraction, plan.gas.contact_value);
     // Rounded, for labels that can be read.
     let cell = (0.5 * path).max(2.0).round();
     let plain = |simulators, cell, steps| {

@@ -130,8 +130,8 @@ impl<'a> Sweep<'a> {
             "{} settings of {} disks at packing {}, restitution {}, up to t = {} in the unit of time of the case.",
             self.measured.len(),
             plan.count(),
-            plan.packing_fraction,
-            plan.restitution,
+            plan.gas.packing_fraction,
+            plan.gas.restitution,
             plan.case.run.until
         );
         let against = if self.references.runs == 0 {

@@ -188,7 +188,7 @@ impl<'a> One<'a> {
     /// the case.
     fn force(&self, name: &str, axis: usize) -> TableEstimate {
         let scale = self.plan.scale;
-        let unit = scale.energy / scale.length / self.plan.time;
+        let unit = scale.energy / scale.length / self.plan.clock.time;
         self.rate(name, |given| given.momentum[axis]).times(unit)
     }
 
@@ -248,7 +248,7 @@ impl<'a> One<'a> {
         let energy = sum(|one| one.energy).times(self.plan.scale.energy);
         // Shares of what the gas had at the start; two numbers share the level.
         let count = self.plan.count() as f64;
-        let thermal = 0.5 * self.plan.dimension as f64 * self.plan.temperature;
+        let thermal = 0.5 * self.plan.gas.dimension as f64 * self.plan.gas.temperature;
         let whole = count * thermal * self.plan.scale.energy;
         let half = rule.at_level(0.5 * rule.level);
         let share = |found: &TableEstimate, whole: f64| {
@@ -286,10 +286,10 @@ fn obstacle_height(obstacle: &ObstacleSpec) -> f64 {
 /// Computes the mass density of an inflow, in the units of the case.
 fn mass_density(plan: &CasePlan, inflow: &InflowSpec) -> f64 {
     let (scale, given) = (plan.scale, inflow.number_density.as_ref());
-    let volume = plan.volume * scale.length.powi(plan.dimension as i32);
+    let volume = plan.gas.volume * scale.length.powi(plan.gas.dimension as i32);
     let one = |(species, kind): (usize, &SpeciesPlan)| {
         let given = given.and_then(|densities| densities.get(species).copied());
         kind.mass * scale.mass * given.unwrap_or(kind.count as f64 / volume)
     };
-    plan.species.iter().enumerate().map(one).sum()
+    plan.gas.species.iter().enumerate().map(one).sum()
 }

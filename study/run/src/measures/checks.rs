@@ -184,7 +184,7 @@ impl<'a> Found<'a> {
     fn rows(&self) -> Vec<Row> {
         let mut rows: Vec<Row> = Vec::new();
         // A quantity is judged for each species, and some for the gas as a whole.
-        let parts = (self.plan.species.len() + 1) as f64;
+        let parts = (self.plan.gas.species.len() + 1) as f64;
         let rule = self.rule.at_level(self.rule.level / parts);
         let mut add = |quantity, species, points: Vec<MeasuredPoint>| {
             rows.extend(worst(&points, &rule).map(|(&point, interval, kind)| Row {
@@ -207,7 +207,7 @@ impl<'a> Found<'a> {
         let displaced =
             displaced.filter_map(|(time, square)| MeasuredPoint::from_estimate(*time, square));
         add(Quantity::Displacement, None, displaced.collect());
-        for (number, species) in self.plan.species.iter().enumerate() {
+        for (number, species) in self.plan.gas.species.iter().enumerate() {
             if species.count * self.all_series.len() < FEWEST {
                 continue;
             }
@@ -270,7 +270,7 @@ impl<'a> Found<'a> {
             let late = late.filter(|one| 2.0 * one.collisions / particles > FORGOTTEN);
             let values: Vec<f64> = late
                 .inspect(|sample| begin = begin.min(sample.time))
-                .map(|sample| sample.total().fourth_cumulant(self.plan.dimension))
+                .map(|sample| sample.total().fourth_cumulant(self.plan.gas.dimension))
                 .collect();
             let count = values.len() as f64;
             (count > 0.0).then(|| values.iter().sum::<f64>() / count)
@@ -304,7 +304,7 @@ impl<'a> Found<'a> {
             let [start, end] = [first, last].map(GasSample::total);
             let number = exponent(start.number, end.number);
             let energy = exponent(start.translation, end.translation);
-            (first.time > 0.0).then_some(2.0 * number / self.plan.dimension as f64 + energy)
+            (first.time > 0.0).then_some(2.0 * number / self.plan.gas.dimension as f64 + energy)
         };
         MeasuredPoint::from_estimate(
             until,
@@ -398,7 +398,7 @@ impl<'a> Found<'a> {
 
     /// Returns a sentence on the known limits of the theory of a quantity.
     fn caveat(&self, quantity: Quantity, rows: &[&Row], orders: usize) -> &'static str {
-        let masses = || self.plan.species.iter().map(|one| one.mass);
+        let masses = || self.plan.gas.species.iter().map(|one| one.mass);
         let lightest = masses().fold(f64::INFINITY, f64::min);
         let disparate = masses().fold(0.0, f64::max) > 4.0 * lightest;
         let differs = |number| {
@@ -408,7 +408,7 @@ impl<'a> Found<'a> {
         let strange = || {
             self.species.iter().any(|row| {
                 let value = row.fourth_cumulant.value.unwrap_or(0.0);
-                let many = self.plan.species[row.species].count > 100;
+                let many = self.plan.gas.species[row.species].count > 100;
                 many && value.abs() > STRANGE && differs(row.species)
             })
         };
@@ -447,8 +447,8 @@ impl<'a> Found<'a> {
             format!(", where the fourth cumulant is {a2:.3}")
         });
         let species = match row.species {
-            Some(number) if self.plan.species.len() > 1 => {
-                let species = &self.plan.species[number];
+            Some(number) if self.plan.gas.species.len() > 1 => {
+                let species = &self.plan.gas.species[number];
                 format!("species {} (mass {})", species.name, short(species.mass))
             }
             _ => "the gas as a whole".to_owned(),
@@ -481,7 +481,9 @@ fn table(plan: &CasePlan, rows: &[Row]) -> Table {
         let species = row.species.map_or(TableCell::Empty, |number| {
             TableCell::Count(number as u64 + 1)
         });
-        let name = row.species.map_or("", |number| &*plan.species[number].name);
+        let name = row
+            .species
+            .map_or("", |number| &*plan.gas.species[number].name);
         let measured = (point.time, point.measured, point.error);
         let theory = (point.theory, point.theory_error);
         let off = (100.0 * point.deviation(), point.z());

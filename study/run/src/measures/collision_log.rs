@@ -198,7 +198,7 @@ impl Measure for CollisionLog {
                     table.rows.push(vec![
                         TableCell::Text(engine.name.to_owned()),
                         TableCell::Count(replica),
-                        TableCell::Number(row.time / plan.time),
+                        TableCell::Number(row.time / plan.clock.time),
                         first,
                         second,
                         TableCell::Count(row.species[0].into()),

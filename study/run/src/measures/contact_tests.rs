@@ -69,7 +69,7 @@ fn expected_returns(plan: &CasePlan, collisions: f64) -> f64 {
     let count = plan.count();
     let streams = stosszahl_model::random::Streams::new(plan.case.seed, 0);
     let mut gas = stosszahl_ed::simulate(
-        &plan.grains,
+        &plan.gas.particles,
         stosszahl_ed::DissipationRule::Elastic,
         &plan.exact_boundaries(streams).expect("no walls"),
         &start(plan, 0),
@@ -180,7 +180,7 @@ fn contact_values_are_those_of_the_collisions() {
     }
     exposure += now.sqrt() * (plan.engine_time(1.5) - last);
     let pairs = 0.5 * count * (count - 1.0);
-    let norm = pairs / plan.volume * std::f64::consts::TAU * exposure;
+    let norm = pairs / plan.gas.volume * std::f64::consts::TAU * exposure;
     let rate = log.collisions.len() as f64 * std::f64::consts::PI.sqrt() / norm;
     let sonine = (count / (count - 1.0)).sqrt() * (1.0 - plan.fourth_cumulant() / 16.0);
     assert!((of("rate_contact_value") - rate / sonine).abs() < 1e-9 * rate);

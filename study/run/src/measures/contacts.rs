@@ -294,7 +294,7 @@ impl Measure for ContactMeasure {
             grains: with_twin.then(|| {
                 let count = plan.count();
                 let expected = 0.5 * count as f64 * plan.collision_rate();
-                (plan.grains.clone(), count, expected)
+                (plan.gas.particles.clone(), count, expected)
             }),
             twin: None,
         })
@@ -576,7 +576,7 @@ fn quantities(plan: &CasePlan) -> Vec<Quantity> {
         [2.0 * sums.physical, *particles]
     })];
     for (index, order) in ORDERS.into_iter().enumerate() {
-        let restitution = plan.law.constant();
+        let restitution = plan.gas.law.constant();
         let moment = |name: &str, theory, sums: fn(&ContactSums, usize) -> f64| Quantity {
             name: format!("{name}_{order}"),
             sums: Box::new(move |(all, _)| [sums(all, index), all.chaos[index]]),

@@ -71,7 +71,7 @@ fn by_mixture(plan: &CasePlan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>
     let mut orders = (1..=asked.unwrap_or_else(|| mixture.affordable_orders())).rev();
     let found = orders.find_map(|orders| mixture.solve(orders, &start, &times).ok())?;
     let mean = |found: &Moment| {
-        let classes = plan.classes.iter().zip(&found.displacements);
+        let classes = plan.gas.classes.iter().zip(&found.displacements);
         let sum: f64 = classes.map(|(one, square)| one.count as f64 * square).sum();
         Some(sum / plan.count() as f64)
     };
@@ -82,11 +82,14 @@ fn by_mixture(plan: &CasePlan, moments: &[(f64, f64)]) -> Option<Vec<Option<f64>
 /// a time `elapsed` after the start of the measurement. A gas in a bath is taken to be in its
 /// steady state, whatever the start was.
 fn enskog(plan: &CasePlan, from: f64, elapsed: f64) -> Option<f64> {
-    if !plan.has_theory() || plan.dimension != 2 {
+    if !plan.has_theory() || plan.gas.dimension != 2 {
         return None;
     }
-    let decay =
-        kinetic::velocity_decay(plan.packing_fraction, plan.contact_value, plan.restitution);
+    let decay = kinetic::velocity_decay(
+        plan.gas.packing_fraction,
+        plan.gas.contact_value,
+        plan.gas.restitution,
+    );
     let steady = |temperature: f64| {
         let rate = decay * temperature.sqrt();
         kinetic::steady_displacement(temperature, rate, plan.engine_time(elapsed))
@@ -103,9 +106,9 @@ fn enskog(plan: &CasePlan, from: f64, elapsed: f64) -> Option<f64> {
     };
     // T t0^2 is the same at all times of the cooling state, and only the logarithm of its
     // temperature tells how far disks have gone.
-    let square = plan.haff_time * plan.haff_time;
+    let square = plan.clock.haff_time * plan.clock.haff_time;
     let passed = (last - first).exp_m1();
-    Some(square * kinetic::cooling_displacement(plan.restitution, passed))
+    Some(square * kinetic::cooling_displacement(plan.gas.restitution, passed))
 }
 
 impl DisplacementMeasure {

@@ -51,7 +51,7 @@ impl Measure for EnergyMeasure {
     }
 
     fn kept_per_look(&self, plan: &CasePlan) -> f64 {
-        super::KEPT_PER_SPECIES * (1 + plan.species.len()) as f64
+        super::KEPT_PER_SPECIES * (1 + plan.gas.species.len()) as f64
     }
 
     fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
@@ -136,6 +136,6 @@ pub(crate) fn energy_ratio(plan: &CasePlan, series: &GasSeries, sample: usize) -
 
 /// Kinetic energy of translation of particles that are no tracers, in engine units.
 fn untraced(plan: &CasePlan, sample: &GasSample) -> f64 {
-    let kept = |species: usize| plan.species.get(species).is_none_or(|one| !one.tracer);
+    let kept = |species: usize| plan.gas.species.get(species).is_none_or(|one| !one.tracer);
     sample.total_of(kept).translation
 }

@@ -232,7 +232,7 @@ impl Budget<'_> {
         // The most probable speed over the mean one.
         let speeds = 2.0 / PI.sqrt();
         let (estimate, reason) = if parameters.displacement == PartnerDisplacement::None {
-            let share = [PI / 48.0, 16.0 / (75.0 * PI)][self.plan.dimension - 2];
+            let share = [PI / 48.0, 16.0 / (75.0 * PI)][self.plan.gas.dimension - 2];
             let reason = "flights are cut into steps: error of the viscosity";
             (share * (speeds * step).powi(2), reason)
         } else {
@@ -245,10 +245,10 @@ impl Budget<'_> {
     fn simulators(&self, parameters: &Parameters) -> Option<Source> {
         let plan = self.plan;
         if parameters.scheme.partners() == PartnerSelection::AroundContact {
-            let packing = plan.packing_fraction;
-            let (partners, excess) = in_space!(plan.dimension, S => (
+            let packing = plan.gas.packing_fraction;
+            let (partners, excess) = in_space!(plan.gas.dimension, S => (
                 parameters.partners::<S>(packing, 1.0),
-                parameters.excess_of_repeated_pairs::<S>(packing, 1.0, plan.restitution),
+                parameters.excess_of_repeated_pairs::<S>(packing, 1.0, plan.gas.restitution),
             ));
             let reason =
                 "simulators that collided meet again and lose less energy: error of K at t0";
@@ -272,7 +272,7 @@ impl Budget<'_> {
         let separation = self.work("collision_separation");
         if within {
             let value = separation / path;
-            let estimate = CELL * (value / APART[self.plan.dimension - 2]).powi(2);
+            let estimate = CELL * (value / APART[self.plan.gas.dimension - 2]).powi(2);
             let reason = "partners are apart by this: error of the viscosity, as measured rather than by the width of cells";
             return Source::new("separation", (value, "mean free paths"), estimate, reason);
         }

@@ -60,15 +60,20 @@ impl FieldOptions {
     }
 
     fn grid(&self, plan: &CasePlan) -> Result<FieldGrid, stosszahl_analysis::Error> {
-        let [x, y, z] = plan.lengths;
-        let depth = if plan.dimension == 3 { z } else { 1.0 };
+        let [x, y, z] = plan.gas.lengths;
+        let depth = if plan.gas.dimension == 3 { z } else { 1.0 };
         FieldGrid::new([x, y], self.cells.map(|count| count as usize), depth)
     }
 
     fn sums(&self, plan: &CasePlan) -> Result<Sums, stosszahl_analysis::Error> {
         let blocks = time_blocks::blocks(plan, self.blocks);
         let length = plan.engine_time(plan.case.run.until) / blocks as f64;
-        Sums::new(self.grid(plan)?, plan.species.len().max(1), blocks, length)
+        Sums::new(
+            self.grid(plan)?,
+            plan.gas.species.len().max(1),
+            blocks,
+            length,
+        )
     }
 }
 
@@ -97,7 +102,7 @@ impl Measure for FieldMeasure {
         let blocks = time_blocks::blocks(plan, options.blocks);
         time_blocks::check_blocks(plan, blocks)?;
         let [columns, rows] = options.cells.map(|count| count as usize);
-        let few = columns * rows * blocks * plan.species.len() <= MOST_SUMS;
+        let few = columns * rows * blocks * plan.gas.species.len() <= MOST_SUMS;
         let allowed = format!("at most {MOST_SUMS} cells times blocks times species");
         measure::require(few, "cells", allowed)?;
         let failed = |error: stosszahl_analysis::Error| BadOption {
@@ -117,7 +122,7 @@ impl Measure for FieldMeasure {
         let options = FieldOptions::of(plan);
         let cells: u64 = options.cells.iter().product();
         let blocks = time_blocks::blocks(plan, options.blocks);
-        let sums = 7 * plan.species.len().max(1) + 2;
+        let sums = 7 * plan.gas.species.len().max(1) + 2;
         cells as f64 * (blocks * sums * size_of::<f64>()) as f64
     }
 
@@ -135,7 +140,7 @@ impl Measure for FieldMeasure {
         Box::new(Watch {
             sampling: GasSampling::from_plan(plan),
             per_block: time_blocks::per_block(plan, time_blocks::blocks(plan, options.blocks)),
-            lengths: plan.lengths,
+            lengths: plan.gas.lengths,
             periodic: plan.periodic(),
             carries: match &engine.kind {
                 EngineKind::EventDriven { .. } => true,

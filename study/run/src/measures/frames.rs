@@ -266,12 +266,12 @@ impl Measure for FrameMeasure {
     }
 
     fn by_default(&self, plan: &CasePlan) -> bool {
-        plan.has_box() && plan.dimension == 2
+        plan.has_box() && plan.gas.dimension == 2
     }
 
     fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let options: FrameOptions = measure::options(plan, self.name())?;
-        let planar = plan.has_box() && plan.dimension == 2;
+        let planar = plan.has_box() && plan.gas.dimension == 2;
         measure::require(planar, "", "a gas with positions, in a box in the plane")?;
         measure::require(
             options.number <= 1000,
@@ -318,7 +318,7 @@ impl Measure for FrameMeasure {
             most: measure::chosen::<FrameOptions>(plan, self.name()).particles,
             until: plan.case.run.until,
             follows: engine.is_exact() && !self.sample_times(plan).is_empty(),
-            sides: [plan.lengths[0], plan.lengths[1]],
+            sides: [plan.gas.lengths[0], plan.gas.lengths[1]],
             periodic: plan.periodic(),
         })
     }

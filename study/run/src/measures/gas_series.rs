@@ -225,13 +225,13 @@ impl ParticleReduction for GasReduction {
 
 /// Returns the number of components of velocities and of spins in a case.
 pub fn freedom(plan: &CasePlan) -> Freedom {
-    let rotations = match (plan.grains.rough, plan.dimension) {
+    let rotations = match (plan.gas.particles.rough, plan.gas.dimension) {
         (None, _) => 0,
         (Some(_), 2) => 1,
         (Some(_), _) => 3,
     };
     Freedom {
-        dimension: plan.dimension,
+        dimension: plan.gas.dimension,
         rotations,
     }
 }

@@ -103,7 +103,8 @@ fn growth_is_that_of_the_amplitudes() {
         "spectra]\ntimes = [1, 5]\nlargest_wave_number = 2",
     );
     plan.case.replicas = 3;
-    let shells = Shells::new([plan.lengths[0], plan.lengths[1]], &[1, 2], 48).expect("shells");
+    let shells =
+        Shells::new([plan.gas.lengths[0], plan.gas.lengths[1]], &[1, 2], 48).expect("shells");
     let modes = shells.modes().indices().len();
     let span =
         0.5 * (plan.haff_ratio(1.0).expect("a law") / plan.haff_ratio(5.0).expect("a law")).ln();
@@ -132,8 +133,8 @@ fn growth_is_that_of_the_amplitudes() {
         near(number(growth, row, "exponent_se"), 0.0, 10.0);
     }
     // Shell 1 has the modes of k = 1 and of the root of 2: between the exponents of both.
-    let critical = transport::critical_wave_number(0.25, plan.contact_value, 0.8);
-    let unit = std::f64::consts::TAU / plan.lengths[0];
+    let critical = transport::critical_wave_number(0.25, plan.gas.contact_value, 0.8);
+    let unit = std::f64::consts::TAU / plan.gas.lengths[0];
     let exponents = [1.0, 2.0_f64.sqrt()].map(|k| transport::shear_exponent(k * unit, critical));
     let theory = number(growth, 0, "exponent_theory");
     assert!(
@@ -158,7 +159,7 @@ fn growth_is_that_of_the_amplitudes() {
 fn decay_of_shear_tells_the_viscosity() {
     let text = "spectra]\ntimes = [1, 2, 3, 5]\nlargest_wave_number = 1\n[thermostat]\nkind = \"rescaling\"\ninterval = 0.5";
     let plan = disks(0.8, 40, 0.25, 5.0, text);
-    let shells = Shells::new([plan.lengths[0], plan.lengths[1]], &[1], 48).expect("shells");
+    let shells = Shells::new([plan.gas.lengths[0], plan.gas.lengths[1]], &[1], 48).expect("shells");
     let modes = shells.modes().indices().len();
     let reading = |time| plan.cooling_logarithm(time, true).expect("it cools");
     let at = |replica: i32, time: f64, size: f64| {
@@ -195,8 +196,9 @@ fn scattering_and_spectra_are_sums_over_states() {
         "intermediate_scattering]\nfrom = 1\nwave_numbers = [2, 3]\n[measure.spectra]\ntimes = [0, 4]",
     );
     let (tables, _, log) = run(&plan, measure("intermediate_scattering"));
-    let shells = Shells::new([plan.lengths[0], plan.lengths[1]], &[2, 3], 48).expect("shells");
-    let lengths = [plan.lengths[0], plan.lengths[1]];
+    let shells =
+        Shells::new([plan.gas.lengths[0], plan.gas.lengths[1]], &[2, 3], 48).expect("shells");
+    let lengths = [plan.gas.lengths[0], plan.gas.lengths[1]];
     let places = |state: usize| -> Vec<_> {
         log.states[state]
             .1
@@ -313,7 +315,7 @@ fn transport_is_measured_from_the_collisions_of_the_run() {
     let bin = plan.engine_time(4.0) / 8.0;
     let velocities = log.states[0].1.iter().map(|one| one.velocity.xy());
     let mut plain =
-        stosszahl_analysis::helfand::Helfand::new(0.0, velocities, 1.0, plan.volume, bin, 8);
+        stosszahl_analysis::helfand::Helfand::new(0.0, velocities, 1.0, plan.gas.volume, bin, 8);
     for collision in &log.collisions {
         plain.collide(collision);
     }

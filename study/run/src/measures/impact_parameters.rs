@@ -176,7 +176,7 @@ impl Measure for ImpactMeasure {
         let spans = windows
             .iter()
             .map(|span| span.map(|edge| plan.engine_time(edge)));
-        let species = plan.species.iter().map(|one| (one.radius, one.mass));
+        let species = plan.gas.species.iter().map(|one| (one.radius, one.mass));
         Box::new(ImpactProbe {
             spans: spans.collect(),
             bins,
@@ -192,7 +192,7 @@ impl Measure for ImpactMeasure {
         if plan.has_theory() {
             tables.push(dissipation(plan, runs, &spans));
         }
-        if plan.species.len() > 1 {
+        if plan.gas.species.len() > 1 {
             tables.push(pairs(plan, runs, &spans));
         }
         tables
@@ -395,10 +395,10 @@ const FACTORS: [fn(&DissipationFactors) -> f64; 6] = [
 fn known_factors(plan: &CasePlan, window: &CollisionWindow) -> Option<DissipationFactors> {
     // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian
     // velocities.
-    let chaos = if plan.dimension == 2 {
-        kinetic::collision_rate(plan.packing_fraction, plan.contact_value, 0.0)
+    let chaos = if plan.gas.dimension == 2 {
+        kinetic::collision_rate(plan.gas.packing_fraction, plan.gas.contact_value, 0.0)
     } else {
-        kinetic::spheres::collision_rate(plan.packing_fraction, plan.contact_value)
+        kinetic::spheres::collision_rate(plan.gas.packing_fraction, plan.gas.contact_value)
     };
     window.dissipation(chaos, plan.count())
 }
@@ -478,7 +478,7 @@ fn explain_difference(
     let [a, b] = engines.map(|engine| title(plan.engines[engine].name));
     let [start, end] = spans[number].map(judge::short);
     let (rate, speed) = (quotient(0)?, quotient(1)?);
-    let factors = if plan.law.is_elastic() {
+    let factors = if plan.gas.law.is_elastic() {
         format!("collision rate {rate}, squared speed of pairs {speed}")
     } else {
         format!(

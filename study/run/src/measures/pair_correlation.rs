@@ -72,7 +72,7 @@ impl Measure for PairCorrelations {
     }
 
     fn gathers_particles(&self, plan: &CasePlan) -> bool {
-        plan.species.len() > 1
+        plan.gas.species.len() > 1
     }
 
     fn sample_times(&self, plan: &CasePlan) -> Vec<f64> {
@@ -88,7 +88,7 @@ impl Measure for PairCorrelations {
             range, bin_width, ..
         } = measure::chosen(plan, self.name());
         let (range, width) = (range * d, bin_width * d);
-        let sides = plan.lengths[..plan.dimension].to_vec();
+        let sides = plan.gas.lengths[..plan.gas.dimension].to_vec();
         let species = SpeciesOf::new(plan);
         Box::new(SampleProbe::new(Record::new(), move |record, moment| {
             let range = sides

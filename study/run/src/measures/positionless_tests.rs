@@ -169,10 +169,10 @@ fn moments_are_those_of_the_particles() {
             own.iter().map(|&i| value(i)).sum::<f64>() / own.len() as f64
         };
         let square = |i: usize| all[i].velocity.norm_squared();
-        assert_eq!(found.count, plan.species[species].count);
+        assert_eq!(found.count, plan.gas.species[species].count);
         close(
             found.temperature,
-            plan.species[species].mass * mean(&square) / 3.0,
+            plan.gas.species[species].mass * mean(&square) / 3.0,
         );
         let fourth = mean(&|i| square(i).powi(2));
         close(
@@ -230,7 +230,7 @@ fn the_gas_is_the_mean_of_its_replicas() {
         assert_eq!(number(species, row, "mean_squared_displacement"), 0.0);
         // Three passes set temperatures and take out the drift, each to a share of 1/N of the one
         // before.
-        let found = number(species, row, "temperature") / plan.species[row].temperature;
+        let found = number(species, row, "temperature") / plan.gas.species[row].temperature;
         assert!((found - 1.0).abs() < 1e-6, "{found}");
     }
     let checks = table(&tables, "checks");

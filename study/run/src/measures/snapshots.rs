@@ -121,9 +121,9 @@ impl SnapshotUnits {
         let depth = 2.0 * plan.mean_radius() * plan.scale.length;
         Self {
             scale: plan.scale,
-            time_over_t0: plan.cooling_time().map(|t0| plan.time / t0),
+            time_over_t0: plan.cooling_time().map(|t0| plan.clock.time / t0),
             depth: if depth > 0.0 { depth } else { 1.0 },
-            shear: plan.grains.shear(),
+            shear: plan.gas.particles.shear(),
         }
     }
 }
@@ -171,7 +171,7 @@ impl<'a> Content<'a> {
 
 /// Formats all quantities of particles as extended XYZ, in the units of the case.
 pub fn extended_xyz(particles: &Particles, plan: &CasePlan, engine: &str) -> String {
-    let (time, units) = (particles.time / plan.time, SnapshotUnits::new(plan));
+    let (time, units) = (particles.time / plan.clock.time, SnapshotUnits::new(plan));
     xyz::xyz(&Content::new(particles, None, units, engine, time))
 }
 

@@ -35,7 +35,7 @@ impl Measure for SpeciesMeasure {
 
     fn by_default(&self, plan: &CasePlan) -> bool {
         if plan.has_box() {
-            plan.species.len() > 1
+            plan.gas.species.len() > 1
         } else {
             plan.case.aggregation.is_none()
         }
@@ -44,7 +44,7 @@ impl Measure for SpeciesMeasure {
     fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         if plan.has_box() {
             let allowed = "several species, by [[species]]; this gas has one";
-            measure::require(plan.species.len() > 1, "", allowed)?;
+            measure::require(plan.gas.species.len() > 1, "", allowed)?;
         } else {
             lasting_only(plan)?;
         }
@@ -68,7 +68,7 @@ impl Measure for SpeciesMeasure {
     }
 
     fn kept_per_look(&self, plan: &CasePlan) -> f64 {
-        super::KEPT_PER_SPECIES * (1 + plan.species.len()) as f64
+        super::KEPT_PER_SPECIES * (1 + plan.gas.species.len()) as f64
     }
 
     fn engine_needs(&self, plan: &CasePlan) -> Needs {

@@ -193,7 +193,7 @@ pub(super) fn temperature_error(dimension: usize, count: f64, fourth_cumulant: f
 /// Standard error of a mean squared displacement by the spread over particles, at least that of
 /// normally distributed displacements.
 pub(super) fn displacement_error(plan: &CasePlan, moments: &SpeciesMoments) -> f64 {
-    let (d, mean) = (plan.dimension as f64, moments.displacement);
+    let (d, mean) = (plan.gas.dimension as f64, moments.displacement);
     let spread = moments.displacement_fourth - mean * mean;
     (spread.max(2.0 / d * mean * mean) / moments.count.max(1) as f64).sqrt()
 }
@@ -201,7 +201,7 @@ pub(super) fn displacement_error(plan: &CasePlan, moments: &SpeciesMoments) -> f
 /// Mean squared displacement of all particles but tracers in one replica, with its error by the
 /// spread over particles.
 fn whole_displacement(plan: &CasePlan, sample: &SpeciesSample) -> [f64; 2] {
-    let kept = |number: usize| plan.species.get(number).is_none_or(|one| !one.tracer);
+    let kept = |number: usize| plan.gas.species.get(number).is_none_or(|one| !one.tracer);
     let (mut count, mut sum, mut square) = (0.0, 0.0, 0.0);
     for (number, moments) in sample.groups.iter().enumerate() {
         if kept(number) {

@@ -51,7 +51,7 @@ type Record = Vec<(f64, Option<Spectra>)>;
 /// Creates the shells of modes with the given wave numbers, at most `most` modes in each. The error
 /// says which wave numbers are allowed.
 pub(super) fn shells(plan: &CasePlan, numbers: &[usize], most: u64) -> Result<Shells, String> {
-    let [x, y, _] = plan.lengths;
+    let [x, y, _] = plan.gas.lengths;
     Shells::new([x, y], numbers, most as usize)
         .map_err(|error| format!("{error}; allowed: smaller wave numbers"))
 }
@@ -59,7 +59,7 @@ pub(super) fn shells(plan: &CasePlan, numbers: &[usize], most: u64) -> Result<Sh
 /// Returns an error for gases without waves of disks: spheres, or a box that is not periodic.
 pub(super) fn require_waves(plan: &CasePlan) -> Result<(), BadOption> {
     require_periodic(plan)?;
-    measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
+    measure::require(plan.gas.dimension == 2, "", "disks: gas.dimension = 2")?;
     require_kept(plan)
 }
 
@@ -110,28 +110,32 @@ impl Shear {
     /// Creates the theory for a gas of equal disks that cools freely, is elastic, or is in a bath;
     /// `None` for other gases.
     fn from_plan(plan: &CasePlan) -> Option<Self> {
-        if !plan.has_theory() || plan.dimension != 2 {
+        if !plan.has_theory() || plan.gas.dimension != 2 {
             return None;
         }
         if plan.case.bath().is_some() {
             let state = plan.bath_state()?;
             return Some(Self::Bath {
-                viscosity: plan.bath_viscosity()? * plan.time,
+                viscosity: plan.bath_viscosity()? * plan.clock.time,
                 state: BathState {
-                    cooling_rate: state.cooling_rate * plan.time,
-                    drag: state.drag * plan.time,
+                    cooling_rate: state.cooling_rate * plan.clock.time,
+                    drag: state.drag * plan.clock.time,
                     ..state
                 },
             });
         }
-        let (phi, chi, r) = (plan.packing_fraction, plan.contact_value, plan.restitution);
+        let (phi, chi, r) = (
+            plan.gas.packing_fraction,
+            plan.gas.contact_value,
+            plan.gas.restitution,
+        );
         Some(if r < 1.0 {
             Self::Cooling {
                 critical: transport::critical_wave_number(phi, chi, r),
             }
         } else {
             Self::Elastic {
-                viscosity: transport::kinematic_viscosity(phi, chi) * plan.time,
+                viscosity: transport::kinematic_viscosity(phi, chi) * plan.clock.time,
             }
         })
     }
@@ -470,7 +474,7 @@ fn fill_spectra(
 /// or if a thermostat balances it.
 fn is_stationary(plan: &CasePlan) -> bool {
     let heats_up = plan.case.bath().is_some() && plan.bath_state().is_none();
-    (plan.case.thermostat.is_some() || plan.restitution == 1.0) && !heats_up
+    (plan.case.thermostat.is_some() || plan.gas.restitution == 1.0) && !heats_up
 }
 
 fn decay_table() -> Table {

@@ -138,8 +138,8 @@ fn quantities(dimension: usize) -> Vec<Quantity> {
 /// with the mean normal approach speed `<g_n> = sqrt(pi T/m)` of colliding pairs and the speed a
 /// that contacts add.
 fn pressure_theory(plan: &CasePlan, engine: &EnginePlan, temperature: f64) -> Option<f64> {
-    let uniform = plan.is_uniform_box() && plan.classes.len() == 1;
-    let (coefficient, added_speed) = match (plan.law.constant(), plan.law.delta()) {
+    let uniform = plan.is_uniform_box() && plan.gas.classes.len() == 1;
+    let (coefficient, added_speed) = match (plan.gas.law.constant(), plan.gas.law.delta()) {
         (Some(coefficient), _) => (coefficient, 0.0),
         (None, Some(law)) => (law.coefficient(), 2.0 * law.delta()),
         (None, None) => return None,
@@ -155,8 +155,10 @@ fn pressure_theory(plan: &CasePlan, engine: &EnginePlan, temperature: f64) -> Op
             _ => return None,
         }
     }
-    let approach = (std::f64::consts::PI * temperature / plan.classes[0].mass).sqrt();
-    let contact = plan.packing_fraction * plan.contact_value * f64::from(1 << (plan.dimension - 1));
+    let approach = (std::f64::consts::PI * temperature / plan.gas.classes[0].mass).sqrt();
+    let contact = plan.gas.packing_fraction
+        * plan.gas.contact_value
+        * f64::from(1 << (plan.gas.dimension - 1));
     Some(1.0 + 0.5 * contact * (1.0 + coefficient + added_speed / approach))
 }
 
@@ -166,13 +168,14 @@ const DILUTE: f64 = 0.01;
 /// Returns the theory of uniform shear flow, and the shear rate in engine units. `None` unless the
 /// gas is dilute, of one species, smooth and of constant restitution.
 fn dilute_flow(plan: &CasePlan, engine: &EnginePlan) -> Option<(UniformShear, f64)> {
-    let is_plain = plan.classes.len() == 1 && !plan.is_rough() && plan.law.constant().is_some();
+    let is_plain =
+        plan.gas.classes.len() == 1 && !plan.is_rough() && plan.gas.law.constant().is_some();
     let is_dilute = engine
         .parameters()
         .is_some_and(|one| one.scheme.is_dilute());
     let (flow, rate) = plan.shear_flow()?;
     let has_state = flow.reduced_rate() > 0.0;
-    (is_plain && has_state && (is_dilute || plan.packing_fraction <= DILUTE))
+    (is_plain && has_state && (is_dilute || plan.gas.packing_fraction <= DILUTE))
         .then_some((flow, rate))
 }
 
@@ -244,7 +247,7 @@ fn sheared_state(plan: &CasePlan, runs: &ReplicaRecords<'_>, rate: f64) -> Table
         estimate "dissipation", "1", "Energy that collisions take from a particle in the time 1/|a|, over T; the viscosity over n T/|a| where the state is steady";
         note "replicas", "1", "Replicas";
     };
-    let (dimension, count) = (plan.dimension, plan.count() as f64);
+    let (dimension, count) = (plan.gas.dimension, plan.count() as f64);
     let diameter = 2.0 * plan.mean_radius();
     let squared = (rate * diameter).powi(2) * count;
     for (engine, records) in runs.each::<Record>(plan) {
@@ -332,7 +335,7 @@ impl Measure for StressMeasure {
         let options: StressOptions = measure::chosen(plan, self.name());
         let span = [options.start(plan), plan.case.run.until];
         Box::new(StressProbe {
-            flow: (plan.grains.shear_rate.unwrap_or_default(), apart),
+            flow: (plan.gas.particles.shear_rate.unwrap_or_default(), apart),
             span: span.map(|time| plan.engine_time(time)),
             blocks: options.blocks as usize,
             record: None,
@@ -356,10 +359,11 @@ impl Measure for StressMeasure {
         for (engine, records) in runs.each::<Record>(plan) {
             let records: Vec<&StressRecorder> =
                 records.into_iter().filter_map(Option::as_ref).collect();
-            let temperature = plan.steady_temperature().unwrap_or(1.0) * plan.temperature;
+            let temperature = plan.steady_temperature().unwrap_or(1.0) * plan.gas.temperature;
             let theory = pressure_theory(plan, engine, temperature);
-            for quantity in quantities(plan.dimension) {
-                let [kinetic, collisional, total] = estimates(&records, &quantity, plan.dimension);
+            for quantity in quantities(plan.gas.dimension) {
+                let [kinetic, collisional, total] =
+                    estimates(&records, &quantity, plan.gas.dimension);
                 let at_rest = match quantity.name {
                     "pressure" | "xx" | "yy" | "zz" => theory,
                     _ => theory.map(|_| 0.0),
@@ -379,7 +383,8 @@ impl Measure for StressMeasure {
             }
         }
         let flow = plan
-            .grains
+            .gas
+            .particles
             .shear_rate
             .map(|rate| sheared_state(plan, runs, rate));
         iter::once(table).chain(flow).collect()

@@ -72,7 +72,7 @@ pub(super) fn require_periodic(plan: &CasePlan) -> Result<(), BadOption> {
 impl StructureFactors {
     /// Returns the sides of the box, and the options of the density lattice.
     fn lattice(options: &StructureFactorOptions, plan: &CasePlan) -> ([f64; 2], GridOptions) {
-        let [x, y, _] = plan.lengths;
+        let [x, y, _] = plan.gas.lengths;
         let options = GridOptions {
             largest_wave_number: options.largest_wave_number as usize,
             assignment: match options.assignment {
@@ -109,7 +109,7 @@ pub(super) struct WithPairs<T> {
 /// Returns the pairs of species of a mixture with their key cells: numbers from 1, and names; empty
 /// in a gas of one species.
 pub(super) fn species_pairs(plan: &CasePlan) -> Vec<([u64; 2], String)> {
-    let count = plan.species.len();
+    let count = plan.gas.species.len();
     if count < 2 {
         return Vec::new();
     }
@@ -128,8 +128,8 @@ pub(super) struct SpeciesOf {
 impl SpeciesOf {
     /// Collects the species of all particles of a case.
     pub(super) fn new(plan: &CasePlan) -> Self {
-        let mixture = plan.species.len() > 1;
-        let count = if mixture { plan.species.len() } else { 0 };
+        let mixture = plan.gas.species.len() > 1;
+        let count = if mixture { plan.gas.species.len() } else { 0 };
         let particles = if mixture { plan.count() } else { 0 };
         let species = (0..particles).map(|index| plan.species_of(index) as u32);
         Self {
@@ -209,7 +209,7 @@ impl Measure for StructureFactors {
 
     fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         require_periodic(plan)?;
-        measure::require(plan.dimension == 2, "", "disks: gas.dimension = 2")?;
+        measure::require(plan.gas.dimension == 2, "", "disks: gas.dimension = 2")?;
         let options: StructureFactorOptions = measure::options(plan, self.name())?;
         let largest = options.largest_wave_number;
         let allowed = "a whole number from 1 to 2048";
@@ -234,7 +234,7 @@ impl Measure for StructureFactors {
     }
 
     fn gathers_particles(&self, plan: &CasePlan) -> bool {
-        plan.species.len() > 1
+        plan.gas.species.len() > 1
     }
 
     fn working_bytes(&self, plan: &CasePlan) -> f64 {

@@ -14,7 +14,8 @@ use crate::theory::homogeneous::{self, Predicted};
 /// Computes the rate at which a particle of species 1 collides with its like at temperature 1
 /// \[1/time\], `d tau_1/dt`; `None` if species 1 is a tracer or has many sizes.
 pub(super) fn rate(plan: &CasePlan) -> Option<f64> {
-    let single = plan.classes.len() == plan.species.len() && plan.case.aggregation.is_none();
+    let single =
+        plan.gas.classes.len() == plan.gas.species.len() && plan.case.aggregation.is_none();
     let mixture = plan.mixture().ok().filter(|_| single)?;
     Some(mixture.like_collisions(0, 1.0)).filter(|&rate| rate > 0.0)
 }

@@ -46,12 +46,12 @@ pub(super) fn start(plan: &CasePlan, seed: u64) -> Particles {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut number = || stream.random_range(-1.0..1.0);
     let count = plan.count();
-    let side = (count as f64).powf(1.0 / plan.dimension as f64).ceil() as usize;
+    let side = (count as f64).powf(1.0 / plan.gas.dimension as f64).ceil() as usize;
     let mut all = Vec::new();
     for index in 0..count {
         let species = {
             let mut left = index;
-            let kinds = plan.species.iter();
+            let kinds = plan.gas.species.iter();
             kinds
                 .take_while(|kind| {
                     let beyond = left >= kind.count;
@@ -60,18 +60,18 @@ pub(super) fn start(plan: &CasePlan, seed: u64) -> Particles {
                 })
                 .count()
         };
-        let kind = &plan.species[species];
+        let kind = &plan.gas.species[species];
         let place = [index % side, index / side % side, index / side / side];
         let mut position = Vector3::zeros();
         let mut velocity = Vector3::zeros();
-        for axis in 0..plan.dimension {
-            position[axis] = plan.lengths[axis] * (place[axis] as f64 + 0.5) / side as f64;
+        for axis in 0..plan.gas.dimension {
+            position[axis] = plan.gas.lengths[axis] * (place[axis] as f64 + 0.5) / side as f64;
             velocity[axis] = number();
         }
         let mut particle = Particle::at_rest(kind.radius, kind.mass);
         (particle.position, particle.velocity) = (position, velocity);
-        if plan.grains.rough.is_some() {
-            particle.spin = match plan.dimension {
+        if plan.gas.particles.rough.is_some() {
+            particle.spin = match plan.gas.dimension {
                 2 => vector![0.0, 0.0, 2.0 * number()],
                 _ => vector![2.0 * number(), 2.0 * number(), 2.0 * number()],
             };
@@ -80,10 +80,10 @@ pub(super) fn start(plan: &CasePlan, seed: u64) -> Particles {
     }
     Particles {
         time: 0.0,
-        dimension: plan.dimension,
-        lengths: plan.lengths,
+        dimension: plan.gas.dimension,
+        lengths: plan.gas.lengths,
         periodic: [0, 1, 2].map(|axis| {
-            axis >= plan.dimension
+            axis >= plan.gas.dimension
                 || *plan.case.walls.face_at(axis, 0) == stosszahl_case::format::FaceSpec::default()
         }),
         all,
@@ -95,7 +95,7 @@ fn simulation(plan: &CasePlan, engine: &EnginePlan, replica: u64) -> Box<dyn Sim
     let start = start(plan, replica);
     match &engine.kind {
         EngineKind::EventDriven { .. } => stosszahl_ed::simulate(
-            &plan.grains,
+            &plan.gas.particles,
             stosszahl_ed::DissipationRule::Scene,
             &plan.exact_boundaries(streams).expect("walls"),
             &start,
@@ -104,7 +104,7 @@ fn simulation(plan: &CasePlan, engine: &EnginePlan, replica: u64) -> Box<dyn Sim
         EngineKind::MonteCarlo(parameters) => {
             let boundaries = plan.boundaries(engine).expect("walls");
             let gas = stosszahl_dsmc::CellGas {
-                grains: &plan.grains,
+                grains: &plan.gas.particles,
                 parameters: *parameters,
                 boundaries: &boundaries,
                 streams,
@@ -156,7 +156,7 @@ pub(super) fn run_from(
         finished: &finished,
     };
     let mut tables = measure.result_tables(plan, &runs);
-    if measure.name() == "energy" && plan.species.len() > 1 {
+    if measure.name() == "energy" && plan.gas.species.len() > 1 {
         // The species of a box are read from the record of the whole gas.
         tables.extend(SpeciesMeasure.result_tables(plan, &runs));
     }
@@ -338,19 +338,19 @@ fn check_fields(plan: &CasePlan, carries: bool) {
     let last = cells.rows.len() - 1;
     let [from, to] = ["window_start", "window_end"].map(|name| number(cells, last, name));
     let unit = plan.scale;
-    let [width, height] = [plan.lengths[0] / 3.0, plan.lengths[1] / 2.0];
-    let depth = if plan.dimension == 3 {
-        plan.lengths[2]
+    let [width, height] = [plan.gas.lengths[0] / 3.0, plan.gas.lengths[1] / 2.0];
+    let depth = if plan.gas.dimension == 3 {
+        plan.gas.lengths[2]
     } else {
         1.0
     };
-    let per_volume = unit.length.powi(-(plan.dimension as i32));
+    let per_volume = unit.length.powi(-(plan.gas.dimension as i32));
     let duration = plan.engine_time(to - from);
     assert_eq!(to, 4.0 * (to - from), "the last of four blocks");
     // States at the ends of intervals within the window.
     let inside: Vec<&Vec<Particle>> = (log.states.iter())
         .filter(|(time, _)| {
-            let time = time / plan.time;
+            let time = time / plan.clock.time;
             time > from * (1.0 + 1e-9) && time <= to * (1.0 + 1e-9)
         })
         .map(|(_, particles)| particles)
@@ -359,8 +359,8 @@ fn check_fields(plan: &CasePlan, carries: bool) {
     let cell = |x: f64, y: f64| {
         let wrap = |at: f64, length: f64| at.rem_euclid(length);
         (
-            (wrap(x, plan.lengths[0]) / width) as usize,
-            (wrap(y, plan.lengths[1]) / height) as usize,
+            (wrap(x, plan.gas.lengths[0]) / width) as usize,
+            (wrap(y, plan.gas.lengths[1]) / height) as usize,
         )
     };
     let met = |place: &dyn Fn((usize, usize)) -> bool| -> (f64, f64) {
@@ -396,7 +396,7 @@ fn check_fields(plan: &CasePlan, carries: bool) {
             .map(|p| p.velocity * (p.mass * p.weight / mass))
             .sum();
         let thermal = sum(&|p| p.mass * (p.velocity - drift).norm_squared());
-        let temperature = thermal / (plan.dimension as f64 * count);
+        let temperature = thermal / (plan.gas.dimension as f64 * count);
         near(
             number(table, row, "velocity_x"),
             drift.x * unit.speed(),
@@ -414,7 +414,8 @@ fn check_fields(plan: &CasePlan, carries: bool) {
         );
         let (collisions, virial) = met(place);
         let virial = if carries { virial } else { 0.0 };
-        let pressure = density * temperature + virial / duration / (plan.dimension as f64 * volume);
+        let pressure =
+            density * temperature + virial / duration / (plan.gas.dimension as f64 * volume);
         let scale = unit.energy * per_volume;
         near(
             number(table, row, "pressure"),
@@ -446,14 +447,17 @@ fn check_fields(plan: &CasePlan, carries: bool) {
     };
     let along_y = rows(profiles, &[("along", "y"), ("species", "all")]);
     for (line, row) in along_y.into_iter().filter(of_last).enumerate() {
-        let volume = plan.lengths[0] * height * depth;
+        let volume = plan.gas.lengths[0] * height * depth;
         check(profiles, row, volume, &|(_, y)| y == line);
     }
     let along_x = rows(profiles, &[("along", "x"), ("species", "all")]);
     for (line, row) in along_x.into_iter().filter(of_last).enumerate() {
-        check(profiles, row, width * plan.lengths[1] * depth, &|(x, _)| {
-            x == line
-        });
+        check(
+            profiles,
+            row,
+            width * plan.gas.lengths[1] * depth,
+            &|(x, _)| x == line,
+        );
     }
 }
 
@@ -490,7 +494,7 @@ fn fields_of_a_periodic_gas_are_in_the_units_of_the_case() {
             mass: 3.0,
             energy: 5.0,
         };
-        plan.time = 0.5;
+        plan.clock.time = 0.5;
         check_fields(&plan, true);
     }
 }
@@ -572,7 +576,7 @@ fn check_balance(plan: &CasePlan, names: &[&str]) {
             .sum()
     };
     let mass: f64 = log.states[0].1.iter().map(|p| p.mass * p.weight).sum();
-    let pull = plan.grains.gravity.unwrap_or_default() * mass;
+    let pull = plan.gas.particles.gravity.unwrap_or_default() * mass;
     let force = (momentum(at(to)) - momentum(at(from))) / (to - from) - pull;
     near(sum("force_x"), force.x, 100.0);
     near(sum("force_y"), force.y, 100.0);

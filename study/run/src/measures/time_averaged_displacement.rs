@@ -66,7 +66,7 @@ impl Measure for TimeAveragedDisplacement {
         let lags = lags(plan);
         Box::new(PathProbe {
             grouping: plan.grouping(),
-            groups: plan.species.len(),
+            groups: plan.gas.species.len(),
             paths: paths(plan),
             lags: lags.iter().map(|&lag| plan.engine_time(lag)).collect(),
             record: PathAverages::default(),
@@ -188,7 +188,7 @@ pub(super) fn rows(plan: &CasePlan, records: &[&PathAverages]) -> Vec<PathRow> {
         theory.time_averaged(curves.orders, &engine, until)
     });
     let mut rows = Vec::new();
-    for species in 0..plan.species.len() {
+    for species in 0..plan.gas.species.len() {
         for (index, &lag) in lags.iter().enumerate() {
             let of = |record: &&PathAverages| record.average_at(species, index)[0];
             let theory = theory.as_ref().map(|theory| theory[species][index]);
@@ -266,7 +266,7 @@ fn table(plan: &CasePlan, rows: &[PathRow]) -> Table {
              empty without [measure.displacement]";
     };
     for row in rows {
-        let species = &plan.species[row.species];
+        let species = &plan.gas.species[row.species];
         let paths = species.count.min(paths(plan));
         table.add((
             row.lag,

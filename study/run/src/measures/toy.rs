@@ -126,10 +126,10 @@ fn disks(measure: &str) -> CasePlan {
 fn gas(plan: &CasePlan, seed: u64, law: Law) -> ScriptedSimulation {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut all = Vec::new();
-    for (species, one) in plan.species.iter().enumerate() {
+    for (species, one) in plan.gas.species.iter().enumerate() {
         for _ in 0..one.count {
             let mut part = |side: f64| side * stream.random::<f64>();
-            let [x, y, z] = plan.lengths;
+            let [x, y, z] = plan.gas.lengths;
             all.push(Particle {
                 position: vector![part(x), part(y), part(z)],
                 velocity: vector![part(2.0) - 1.0, part(2.0) - 1.0, 0.0],
@@ -144,8 +144,8 @@ fn gas(plan: &CasePlan, seed: u64, law: Law) -> ScriptedSimulation {
     }
     let start = Particles {
         time: 0.0,
-        dimension: plan.dimension,
-        lengths: plan.lengths,
+        dimension: plan.gas.dimension,
+        lengths: plan.gas.lengths,
         periodic: [true; 3],
         all,
     };
@@ -245,7 +245,7 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 #[test]
 fn energies_and_their_comparison() {
     let plan = disks("energy");
-    let unit = plan.time;
+    let unit = plan.clock.time;
     let law: Law = Arc::new(move |v, t| v / (1.0 + t / unit));
     let toys = [1, 2, 3].map(|seed| gas(&plan, seed, law.clone()));
     let (tables, _) = tables(&plan, &super::energy::EnergyMeasure, &toys);
@@ -276,7 +276,7 @@ fn energies_and_their_comparison() {
 #[test]
 fn correlations_and_displacements_of_known_motion() {
     let mut plan = disks("velocity_autocorrelation");
-    let unit = plan.time;
+    let unit = plan.clock.time;
     let law: Law = Arc::new(move |v, t| {
         let (sine, cosine) = (t / unit).sin_cos();
         vector![cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, 0.0]
@@ -305,7 +305,7 @@ fn correlations_and_displacements_of_known_motion() {
         .iter()
         .zip(column(&found[0], "mean_squared_displacement"))
     {
-        let expected = mean * (plan.time * passed * plan.scale.length).powi(2);
+        let expected = mean * (plan.clock.time * passed * plan.scale.length).powi(2);
         close(square / expected, 1.0, 1e-12);
     }
 }
@@ -317,7 +317,7 @@ fn structure_against_plain_sums() {
     let plan = disks("structure_factor");
     let toy = gas(&plan, 5, Arc::new(|v, _| v));
     let positions: Vec<_> = toy.start.all.iter().map(|one| one.position.xy()).collect();
-    let [x, y, _] = plan.lengths;
+    let [x, y, _] = plan.gas.lengths;
     let toys = [toy];
     let (found, _) = tables(&plan, &super::structure_factor::StructureFactors, &toys);
     let plain = direct_shells(&positions, [x, y], 3, 1.0).expect("shells");

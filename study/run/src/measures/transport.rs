@@ -46,7 +46,7 @@ impl TransportOptions {
     /// Returns the largest lag of a case, in the unit of time of the case.
     fn lag(&self, plan: &CasePlan) -> f64 {
         let longest = LARGEST_SHARE * plan.case.run.until;
-        let usual = LAG * plan.mean_free_time / plan.time;
+        let usual = LAG * plan.clock.mean_free_time / plan.clock.time;
         self.lag.unwrap_or_else(|| usual.min(longest))
     }
 }
@@ -199,8 +199,8 @@ impl Probe for TransportProbe {
 
 fn enskog(plan: &CasePlan) -> ElasticDisks {
     ElasticDisks {
-        packing_fraction: plan.packing_fraction,
-        contact_value: plan.contact_value,
+        packing_fraction: plan.gas.packing_fraction,
+        contact_value: plan.gas.contact_value,
     }
 }
 
@@ -213,9 +213,9 @@ impl Measure for TransportMeasure {
 
     fn check_options(&self, plan: &CasePlan) -> Result<(), BadOption> {
         let options: TransportOptions = measure::options(plan, self.name())?;
-        let disks = plan.has_theory() && plan.dimension == 2;
+        let disks = plan.has_theory() && plan.gas.dimension == 2;
         measure::require(disks, "", "equal smooth disks in a periodic box")?;
-        let elastic = plan.restitution == 1.0 && plan.case.bath().is_none();
+        let elastic = plan.gas.restitution == 1.0 && plan.case.bath().is_none();
         let allowed = "an elastic gas, gas.restitution = 1, without a bath: only there do fluctuations in equilibrium tell the \
                        coefficients";
         measure::require(elastic, "", allowed)?;
@@ -252,7 +252,7 @@ impl Measure for TransportMeasure {
         Box::new(TransportProbe {
             record: None,
             exact: engine.is_exact(),
-            area: plan.volume,
+            area: plan.gas.volume,
             bin: plan.engine_time(options.lag(plan) / points as f64),
             points,
         })
@@ -284,7 +284,7 @@ impl Measure for TransportMeasure {
                 let integrals: Vec<_> = fluxes.iter().map(|own| one.integrals(own)).collect();
                 for point in 0..points {
                     let values = one.correlation.map(|of| {
-                        let unit = plan.time / theory;
+                        let unit = plan.clock.time / theory;
                         let values = fluxes.iter().map(|own| Some(of(own.get(point)?) * unit));
                         mean_over_replicas(values)
                     });

@@ -58,7 +58,7 @@ impl VelocityDistributionOptions {
                 Counted::Component => VelocityQuantity::Component,
                 Counted::Speed => VelocityQuantity::Speed,
             },
-            dimension: plan.dimension,
+            dimension: plan.gas.dimension,
             number: self.bins as usize,
             range: self.range,
         }
@@ -72,11 +72,11 @@ type Record = Vec<(f64, Vec<Option<VelocityHistogram>>)>;
 /// restitution that cools freely from a Maxwellian, or is driven and steady. `None` if no theory
 /// applies.
 fn theory(plan: &CasePlan, time: f64) -> Option<f64> {
-    let (dimension, r) = (plan.dimension, plan.law.constant()?);
+    let (dimension, r) = (plan.gas.dimension, plan.gas.law.constant()?);
     let alone = if plan.has_box() {
         plan.has_theory()
     } else {
-        plan.classes.len() == 1 && plan.case.aggregation.is_none()
+        plan.gas.classes.len() == 1 && plan.case.aggregation.is_none()
     };
     if !alone {
         return None;
@@ -123,7 +123,7 @@ impl Measure for VelocityDistributionMeasure {
     fn kept_bytes(&self, plan: &CasePlan) -> f64 {
         let bins = measure::chosen::<VelocityDistributionOptions>(plan, self.name()).bins as usize;
         let each = size_of::<VelocityHistogram>() + bins * size_of::<f64>();
-        (self.sample_times(plan).len() * plan.species.len() * each) as f64
+        (self.sample_times(plan).len() * plan.gas.species.len() * each) as f64
     }
 
     fn new_probe(&self, plan: &CasePlan, _engine: &EnginePlan) -> Box<dyn Probe> {
@@ -143,7 +143,7 @@ impl Measure for VelocityDistributionMeasure {
             let times = records.first().map_or(&[][..], |one| one.as_slice());
             for (index, &(time, _)) in times.iter().enumerate() {
                 let a2 = theory(plan, time);
-                for (number, species) in plan.species.iter().enumerate() {
+                for (number, species) in plan.gas.species.iter().enumerate() {
                     let of = |part: &dyn Fn(&VelocityHistogram) -> f64| {
                         let found = records.iter().map(|record| record[index].1.get(number));
                         mean_over_replicas(found.map(|found| found?.as_ref().map(part)))

@@ -33,7 +33,7 @@ impl CasePlan {
         let (Some(thermostat), Some(interval)) = (self.case.bath(), self.kick_interval()) else {
             return Ok(None);
         };
-        let time = interval * self.time;
+        let time = interval * self.clock.time;
         let bath = match thermostat.kind {
             ThermostatKind::Langevin => Bath::langevin(self.drag(), self.bath_temperature(), time),
             _ => Bath::white_noise(self.heating(), time),
@@ -49,7 +49,7 @@ impl CasePlan {
             return Ok(());
         };
         if self.case.bath().is_some_and(|one| one.interval.is_none()) {
-            self.choices.push(format!(
+            self.notes.choices.push(format!(
                 "thermostat.interval = {}: a fifth of the time in which collisions and drag change a velocity, and at most a tenth of \
                  the run; the error of kicks at intervals goes with the square of it",
                 short(interval)
@@ -61,27 +61,27 @@ impl CasePlan {
     /// Returns the drag coefficient of a Langevin bath \[1/engine time\]; 0 for other gases.
     fn drag(&self) -> f64 {
         let drag = self.case.bath().and_then(|one| one.drag);
-        drag.unwrap_or(0.0) / self.time
+        drag.unwrap_or(0.0) / self.clock.time
     }
 
     /// Returns the temperature of a Langevin bath \[energy\], by default that of the start.
     fn bath_temperature(&self) -> f64 {
         let given = self.case.bath().and_then(|one| one.bath_temperature);
-        given.map_or(self.temperature, |given| given / self.scale.energy)
+        given.map_or(self.gas.temperature, |given| given / self.scale.energy)
     }
 
     /// Returns the energy that white noise adds to each particle \[energy/engine time\]; 0 for
     /// other gases.
     fn heating(&self) -> f64 {
         let heating = self.case.bath().and_then(|one| one.heating);
-        heating.unwrap_or(0.0) * self.temperature / self.time
+        heating.unwrap_or(0.0) * self.gas.temperature / self.clock.time
     }
 
     /// Estimates the rate at which velocities change in a bath: collision rate in the steady state
     /// plus drag \[1/engine time\].
     fn rate_of_change(&self) -> f64 {
         let hotter = self.steady_guess().unwrap_or(1.0).max(1.0);
-        hotter.sqrt() / self.mean_free_time + self.drag()
+        hotter.sqrt() / self.clock.mean_free_time + self.drag()
     }
 
     /// Returns the time between two kicks of a bath, in the unit of time of the case; `None`
@@ -89,7 +89,7 @@ impl CasePlan {
     pub fn kick_interval(&self) -> Option<f64> {
         let bath = self.case.bath()?;
         Some(bath.interval.unwrap_or_else(|| {
-            let natural = KICKED_PART / (self.rate_of_change() * self.time);
+            let natural = KICKED_PART / (self.rate_of_change() * self.clock.time);
             natural.min(self.case.run.until / LEAST_KICKS)
         }))
     }
@@ -101,31 +101,37 @@ impl CasePlan {
         self.case.bath()?;
         let drag = self.drag();
         let gain =
-            2.0 * drag * self.bath_temperature() + 2.0 / self.dimension as f64 * self.heating();
-        let cooling = 2.0 / (self.haff_time * self.temperature.sqrt());
-        BathState::new(self.dimension, self.restitution, cooling, drag, gain)
+            2.0 * drag * self.bath_temperature() + 2.0 / self.gas.dimension as f64 * self.heating();
+        let cooling = 2.0 / (self.clock.haff_time * self.gas.temperature.sqrt());
+        BathState::new(
+            self.gas.dimension,
+            self.gas.restitution,
+            cooling,
+            drag,
+            gain,
+        )
     }
 
     /// Estimates the steady temperature in a bath over that of the start, also for particles of
     /// several sizes and viscoelastic ones.
     pub fn steady_guess(&self) -> Option<f64> {
-        Some(self.bath_state()?.temperature / self.temperature)
+        Some(self.bath_state()?.temperature / self.gas.temperature)
     }
 
     /// Computes the kinematic viscosity of disks in the steady state of their bath \[engine
     /// length^2/engine time\], by Enskog's theory.
     pub fn bath_viscosity(&self) -> Option<f64> {
         let state = self.bath_state()?;
-        let (phi, speed) = (self.packing_fraction, state.temperature.sqrt());
-        let (r, a2) = (self.restitution, state.fourth_cumulant);
+        let (phi, speed) = (self.gas.packing_fraction, state.temperature.sqrt());
+        let (r, a2) = (self.gas.restitution, state.fourth_cumulant);
         let viscosity =
-            transport::bath_viscosity(phi, self.contact_value, r, a2, state.drag / speed);
+            transport::bath_viscosity(phi, self.gas.contact_value, r, a2, state.drag / speed);
         Some(viscosity * speed / transport::number_density(phi))
     }
 
     /// Returns the relaxation time of the temperature in a bath, in the unit of time of the case.
     pub fn relaxation_time(&self) -> Option<f64> {
-        Some(self.bath_state()?.relaxation_time() / self.time)
+        Some(self.bath_state()?.relaxation_time() / self.clock.time)
     }
 
     /// Returns the number of kicks of the bath in the run; `None` without a bath.
@@ -140,13 +146,13 @@ impl CasePlan {
     /// Estimates the number of collisions per particle up to a time in a bath: in the steady state
     /// or, if there is none, while the gas heats up.
     pub(super) fn collisions_in_bath(&self, time: f64) -> f64 {
-        let rate = self.time / self.mean_free_time;
+        let rate = self.clock.time / self.clock.mean_free_time;
         if let Some(temperature) = self.steady_guess() {
             return rate * temperature.sqrt() * time;
         }
         // The integral of sqrt(1 + h t).
-        let heating = 2.0 / self.dimension as f64 * self.heating();
-        let h = heating * self.time / self.temperature;
+        let heating = 2.0 / self.gas.dimension as f64 * self.heating();
+        let h = heating * self.clock.time / self.gas.temperature;
         rate * 2.0 / (3.0 * h) * ((1.0 + h * time).powf(1.5) - 1.0)
     }
 
@@ -181,7 +187,7 @@ impl CasePlan {
             }
             return;
         }
-        let rate = self.rate_of_change() * self.time;
+        let rate = self.rate_of_change() * self.clock.time;
         if interval * rate > LARGEST_PART {
             list.push(format!(
                 "thermostat.interval: kicks are rarer than collisions and drag change a velocity, and the temperature differs from that \

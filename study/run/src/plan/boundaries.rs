@@ -61,7 +61,7 @@ impl CasePlan {
     /// # Errors
     /// [`PlanError`] names the obstacle.
     pub fn obstacles(&self) -> Result<Vec<Obstacle>, PlanError> {
-        let size = vector![self.lengths[0], self.lengths[1]];
+        let size = vector![self.gas.lengths[0], self.gas.lengths[1]];
         let all = obstacles(&self.case)?;
         for (index, obstacle) in all.iter().enumerate() {
             obstacle
@@ -119,12 +119,12 @@ impl CasePlan {
             })?;
             let velocity = vector(&inflow.velocity);
             let densities = inflow.number_density.as_deref();
-            let each = densities.is_none_or(|list| list.len() == self.species.len());
+            let each = densities.is_none_or(|list| list.len() == self.gas.species.len());
             let allowed = "one density for each species";
             PlanError::require(each, key("number_density"), "another number", allowed)?;
-            let temperature = inflow.temperature.unwrap_or(self.temperature);
-            for (species, one) in self.species.iter().enumerate() {
-                let uniform = one.count as f64 / self.volume;
+            let temperature = inflow.temperature.unwrap_or(self.gas.temperature);
+            for (species, one) in self.gas.species.iter().enumerate() {
+                let uniform = one.count as f64 / self.gas.volume;
                 list.push(Inflow {
                     axis: face / 2,
                     side: face % 2,
@@ -141,12 +141,15 @@ impl CasePlan {
 
     /// Returns the index of the first particle of a species, in the order of the state.
     fn first_of(&self, species: usize) -> usize {
-        match &self.species_numbers {
+        match &self.gas.species_numbers {
             Some(numbers) => {
                 let is_own = |&number: &u32| number as usize == species;
                 numbers.iter().position(is_own).unwrap_or(0)
             }
-            None => self.species[..species].iter().map(|one| one.count).sum(),
+            None => self.gas.species[..species]
+                .iter()
+                .map(|one| one.count)
+                .sum(),
         }
     }
 
@@ -190,7 +193,7 @@ fn no_obstacle(index: usize, error: ObstacleError) -> PlanError {
 /// Checks that the walls and obstacles fit the box.
 pub(super) fn check_boundaries(plan: &CasePlan) -> Result<(), PlanError> {
     let case = &plan.case;
-    if plan.lengths[0] == 0.0 {
+    if plan.gas.lengths[0] == 0.0 {
         return Ok(());
     }
     for (axis, names) in FACES.iter().enumerate() {
@@ -198,15 +201,15 @@ pub(super) fn check_boundaries(plan: &CasePlan) -> Result<(), PlanError> {
             let Written::Wall(wall) = case.walls.face_at(axis, side) else {
                 continue;
             };
-            let half = 0.5 * plan.lengths[axis];
+            let half = 0.5 * plan.gas.lengths[axis];
             let flat = wall.vibration.is_none_or(|one| one.amplitude < half);
             let key = format!("walls.{name}.vibration.amplitude");
             PlanError::require(flat, key, "half the box or more", "less than half the box")?;
         }
     }
-    in_space!(plan.dimension, S => plan.inflows::<S>().map(drop))?;
+    in_space!(plan.gas.dimension, S => plan.inflows::<S>().map(drop))?;
     plan.obstacles()?;
-    in_space!(plan.dimension, S => plan.walls::<S>().map(drop))
+    in_space!(plan.gas.dimension, S => plan.walls::<S>().map(drop))
 }
 
 /// Converts the weights of simulators by region; `key` is their table for messages.

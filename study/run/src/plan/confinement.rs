@@ -29,7 +29,7 @@ impl<S: Space> Confinement<S> {
     pub(crate) fn from_plan(plan: &CasePlan) -> Result<Self, PlanError> {
         let walls = plan.walls::<S>()?;
         let domain = walls
-            .domain(S::from_components(|axis| plan.lengths[axis]))
+            .domain(S::from_components(|axis| plan.gas.lengths[axis]))
             .map_err(|error| PlanError::new("box", error.found, error.allowed))?;
         Ok(Self {
             domain,

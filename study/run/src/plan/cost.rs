@@ -244,13 +244,13 @@ impl CasePlan {
         threads: usize,
     ) -> f64 {
         let count = self.count() as f64 * engine.copies() as f64;
-        let vector = 8.0 * self.dimension as f64;
-        let spin = match (self.grains.rough.is_some(), self.dimension) {
+        let vector = 8.0 * self.gas.dimension as f64;
+        let spin = match (self.gas.particles.rough.is_some(), self.gas.dimension) {
             (false, _) => 0.0,
             (true, 2) => 8.0,
             (true, _) => 24.0,
         };
-        let unequal = !matches!(self.grains.sizes, SizeDistribution::Equal(_));
+        let unequal = !matches!(self.gas.particles.sizes, SizeDistribution::Equal(_));
         let tag = if unequal { 8.0 } else { 0.0 };
         // Position and velocity.
         let moving = 2.0 * vector + spin;
@@ -298,7 +298,7 @@ impl CasePlan {
         let EngineKind::Homogeneous(_) = engine.kind else {
             return 0.0;
         };
-        let corner = 8.0 + 8.0 * self.dimension as f64;
+        let corner = 8.0 + 8.0 * self.gas.dimension as f64;
         let measures = &self.case.measure;
         let follows = [
             "displacement",
@@ -318,6 +318,7 @@ impl CasePlan {
                 particles.unwrap_or(PATHS).max(0)
             });
         let chosen: f64 = self
+            .gas
             .species
             .iter()
             .map(|one| (one.count as f64).min(chosen as f64))
@@ -328,8 +329,8 @@ impl CasePlan {
 
     /// Cell borders that exact disks cross per collision of a uniform gas.
     pub(crate) fn crossings_per_collision(&self) -> f64 {
-        let [width, height, _] = self.lengths;
-        let diameters = self.species.iter().map(|one| 2.0 * one.radius);
+        let [width, height, _] = self.gas.lengths;
+        let diameters = self.gas.species.iter().map(|one| 2.0 * one.radius);
         stosszahl_ed::crossings_per_collision(
             [width, height],
             self.count(),
@@ -375,7 +376,7 @@ impl CasePlan {
         };
         // Diameter, square of the speed, and share of each class; the largest of all particles may
         // exceed its class.
-        let largest = match &self.grains.sizes {
+        let largest = match &self.gas.particles.sizes {
             SizeDistribution::Equal(_) => return Some(trials),
             SizeDistribution::Each(all) => all
                 .pairs()
@@ -386,12 +387,12 @@ impl CasePlan {
         };
         let kind = |one: &SizeGroup| [one.diameter, one.temperature / one.mass, one.count as f64];
         let most = |index: usize| {
-            let all = self.classes.iter().map(|one| kind(one)[index]);
+            let all = self.gas.classes.iter().map(|one| kind(one)[index]);
             all.fold(if index == 0 { largest } else { 0.0 }, f64::max)
         };
-        let power = self.dimension as i32 - 1;
+        let power = self.gas.dimension as i32 - 1;
         let bound = most(0).powi(power) * (2.0 * most(1)).sqrt();
-        let kinds: Vec<[f64; 3]> = sampled(&self.classes).map(kind).collect();
+        let kinds: Vec<[f64; 3]> = sampled(&self.gas.classes).map(kind).collect();
         let pairs = kinds.iter().flat_map(|a| kinds.iter().map(move |b| (a, b)));
         let (mut sum, mut weight) = (0.0, 0.0);
         for (a, b) in pairs {
@@ -435,7 +436,7 @@ impl CasePlan {
 
     /// Number of cells of a Monte Carlo engine.
     fn cells(&self, parameters: &stosszahl_dsmc::Parameters) -> f64 {
-        let cell: f64 = self.cell(parameters)[..self.dimension].iter().product();
+        let cell: f64 = self.cell(parameters)[..self.gas.dimension].iter().product();
         self.box_volume() / cell
     }
 
@@ -447,10 +448,10 @@ impl CasePlan {
             step = step.min(self.cell(parameters)[0] / 4.5);
         }
         let until = self.case.run.until;
-        let masses = self.species.iter().map(|one| one.mass);
+        let masses = self.gas.species.iter().map(|one| one.mass);
         let lightest = masses.fold(f64::INFINITY, f64::min);
-        let thermal = (self.temperature / lightest).sqrt();
-        let time = self.expected_collisions(until) * self.mean_free_time;
+        let thermal = (self.gas.temperature / lightest).sqrt();
+        let time = self.expected_collisions(until) * self.clock.mean_free_time;
         time * thermal * parameters.steps_per_cell_crossing / step
     }
 }

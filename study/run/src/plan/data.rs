@@ -22,6 +22,25 @@ use crate::theory::homogeneous::TheoryCurves;
 pub struct CasePlan {
     /// Case with the values that a sweep point and the command line set.
     pub case: Case,
+    /// Gas at the start: particles, box, packing and temperature.
+    pub gas: GasPlan,
+    /// Sizes of the engine units of length, mass and energy.
+    pub scale: UnitScale,
+    /// Characteristic times, and the unit of time of the case.
+    pub clock: ClockPlan,
+    /// Engines, in the order in which they are run and compared.
+    pub engines: Vec<EnginePlan>,
+    /// Predictions of kinetic theory, each computed on first use.
+    pub theory: TheoryCache,
+    /// Choices of the program and warnings, in words for the user.
+    pub notes: PlanNotes,
+    /// Folder of the case file, to which the path of the start file is relative.
+    pub folder: PathBuf,
+}
+
+/// Gas of a plan at the start, in engine units.
+#[derive(Clone, Debug)]
+pub struct GasPlan {
     /// Dimension of space: 2 or 3.
     pub dimension: usize,
     /// Species in the order of their particles; one in a gas of equal particles. Particles of
@@ -35,17 +54,8 @@ pub struct CasePlan {
     /// Size groups of particles for theory: the species, or several groups of like size for each,
     /// one species after the other.
     pub classes: Vec<SizeGroup>,
-    /// Theory of a gas without positions at the sample times, computed on first use.
-    pub theory: OnceLock<Result<TheoryCurves, TheoryError>>,
-    /// Cached steady state of a self-heating gas, from [`CasePlan::steady_state`].
-    pub(super) steady_state: OnceLock<Option<Moment>>,
-    /// Cached temperatures of the species, from [`CasePlan::partial_temperatures`].
-    pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
-    /// Cached temperatures of a homogeneous rough gas at the sample times: at
-    /// Enskog's collision rate, and at that of a dilute gas.
-    pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
     /// Particle properties in the form of the engines: sizes, contact laws and external field.
-    pub grains: ParticleSpec,
+    pub particles: ParticleSpec,
     /// Law of normal restitution of colliding pairs.
     pub law: Law,
     /// Coefficient of restitution: the constant one, or that at the mean approach speed of the
@@ -56,24 +66,11 @@ pub struct CasePlan {
     /// Volume of the gas \[length^D\] to which number densities refer. In a box with obstacles, it
     /// is the volume in which centres of particles can be.
     pub volume: f64,
-    /// Sizes of the engine units of length, mass and energy.
-    pub scale: UnitScale,
-    /// Unit of time of the case \[engine time\]. Times in case files and tables are engine times
-    /// divided by it.
-    pub time: f64,
-    /// Name of the unit of time of the case.
-    pub time_unit: TimeUnit,
-    /// Engines, in the order in which they are run and compared.
-    pub engines: Vec<EnginePlan>,
     /// Packing fraction: share of the volume not under obstacles that particles cover; tracers
     /// cover nothing.
     pub packing_fraction: f64,
     /// Contact value chi of Enskog's theory at the packing fraction of the plan.
     pub contact_value: f64,
-    /// Haff's cooling time of the start \[engine time\]; infinite in an elastic gas.
-    pub haff_time: f64,
-    /// Mean free time of the start \[engine time\].
-    pub mean_free_time: f64,
     /// Granular temperature of the start \[energy\]; 1 in thermal units.
     pub temperature: f64,
     /// Distribution of the initial velocities, if they are drawn at random.
@@ -81,8 +78,39 @@ pub struct CasePlan {
     /// Start file, if there is one: positions in the box and velocities in engine units, in a
     /// periodic box without drift. Velocities without positions are in the order of species.
     pub file: Option<StartFile>,
-    /// Folder of the case file, to which the path of the start file is relative.
-    pub folder: PathBuf,
+}
+
+/// Characteristic times of the gas at the start, and the unit of time of its case.
+#[derive(Clone, Copy, Debug)]
+pub struct ClockPlan {
+    /// Unit of time of the case \[engine time\]. Times in case files and tables are engine times
+    /// divided by it.
+    pub time: f64,
+    /// Name of the unit of time of the case.
+    pub time_unit: TimeUnit,
+    /// Haff's cooling time of the start \[engine time\]; infinite in an elastic gas.
+    pub haff_time: f64,
+    /// Mean free time of the start \[engine time\].
+    pub mean_free_time: f64,
+}
+
+/// Predictions of kinetic theory for a plan, each computed on first use.
+#[derive(Clone, Debug, Default)]
+pub struct TheoryCache {
+    /// Theory of a gas without positions at the sample times.
+    pub curves: OnceLock<Result<TheoryCurves, TheoryError>>,
+    /// Steady state of a self-heating gas, from [`CasePlan::steady_state`].
+    pub(super) steady_state: OnceLock<Option<Moment>>,
+    /// Temperatures of the species, from [`CasePlan::partial_temperatures`].
+    pub(super) partial_temperatures: OnceLock<Option<Vec<Vec<f64>>>>,
+    /// Temperatures of a homogeneous rough gas at the sample times: at Enskog's collision rate, and
+    /// at that of a dilute gas.
+    pub(crate) rough_temperatures: [OnceLock<Result<Option<Vec<Temperatures>>, TheoryError>>; 2],
+}
+
+/// Notes of a plan for the user.
+#[derive(Clone, Debug, Default)]
+pub struct PlanNotes {
     /// Warnings for the user, such as coarse resolutions and limits that apply.
     pub warnings: Vec<String>,
     /// Choices of the program for the case, with their reasons.
@@ -207,30 +235,30 @@ impl EnginePlan {
 impl CasePlan {
     /// Returns the number of particles of the gas.
     pub fn count(&self) -> usize {
-        self.species.iter().map(|species| species.count).sum()
+        self.gas.species.iter().map(|species| species.count).sum()
     }
 
     /// Converts a time of the case to engine time.
     pub fn engine_time(&self, time: f64) -> f64 {
-        time * self.time
+        time * self.clock.time
     }
 
     /// Returns the unit of time of the case, in units of its lengths, masses and energies.
     pub fn time_in_case(&self) -> f64 {
-        self.time * self.scale.time()
+        self.clock.time * self.scale.time()
     }
 
     /// Returns Haff's cooling time of the start \[engine time\]; `None` for a gas that does not
     /// cool.
     pub fn cooling_time(&self) -> Option<f64> {
-        Some(self.haff_time).filter(|time| time.is_finite())
+        Some(self.clock.haff_time).filter(|time| time.is_finite())
     }
 
     /// Returns the units in which error messages of engines give numbers.
     pub fn message_units(&self) -> MessageUnits {
         MessageUnits {
             length: self.scale.length,
-            time: 1.0 / self.time,
+            time: 1.0 / self.clock.time,
             speed: self.scale.speed(),
         }
     }
@@ -281,22 +309,22 @@ impl CasePlan {
     /// Returns true for a fluid of smooth disks in a uniform box. Its equation of state, S(k) and
     /// transport are known, so the start can be equilibrated and tested against them.
     pub fn is_disk_fluid(&self) -> bool {
-        self.is_uniform_box() && !self.is_rough() && self.dimension == 2
+        self.is_uniform_box() && !self.is_rough() && self.gas.dimension == 2
     }
 
     /// Returns true if the gas is in a uniform shear flow.
     pub fn is_sheared(&self) -> bool {
-        self.grains.shear_rate.is_some()
+        self.gas.particles.shear_rate.is_some()
     }
 
     /// Returns the species of a particle by its index. Indices of simulators continue from one set
     /// of the gas to the next.
     pub fn species_of(&self, index: usize) -> usize {
         let mut place = index % self.count().max(1);
-        if let Some(numbers) = &self.species_numbers {
+        if let Some(numbers) = &self.gas.species_numbers {
             return numbers[place] as usize;
         }
-        for (number, one) in self.species.iter().enumerate() {
+        for (number, one) in self.gas.species.iter().enumerate() {
             if place < one.count {
                 return number;
             }
@@ -307,7 +335,8 @@ impl CasePlan {
 
     /// Returns the names of a pair of species, for tables.
     pub fn pair_name(&self, pair: [usize; 2]) -> String {
-        pair.map(|one| self.species[one].name.as_str()).join(", ")
+        pair.map(|one| self.gas.species[one].name.as_str())
+            .join(", ")
     }
 
     /// Returns, for each of the first two axes, whether the box is periodic along it.
@@ -322,12 +351,12 @@ impl CasePlan {
 
     /// Returns the map from the particle kinds of an engine to the species of the plan.
     pub fn grouping(&self) -> Grouping {
-        Grouping::new(self.species.len(), self.kinds_in_groups)
+        Grouping::new(self.gas.species.len(), self.gas.kinds_in_groups)
     }
 
     /// Returns the species of each particle kind of an engine.
     pub fn groups(&self) -> Vec<u32> {
-        let kinds = self.kinds_in_groups.unwrap_or(self.species.len());
+        let kinds = self.gas.kinds_in_groups.unwrap_or(self.gas.species.len());
         let group = |kind| self.grouping().group(kind as u32) as u32;
         (0..kinds).map(group).collect()
     }
@@ -336,13 +365,13 @@ impl CasePlan {
     pub fn kind_temperatures(&self) -> Vec<f64> {
         let groups = self.groups().into_iter();
         groups
-            .map(|group| self.species[group as usize].temperature)
+            .map(|group| self.gas.species[group as usize].temperature)
             .collect()
     }
 
     /// Returns radius and mass of each particle, by particle index.
     pub fn radii_and_masses(&self) -> Vec<(f64, f64)> {
-        match &self.grains.sizes {
+        match &self.gas.particles.sizes {
             SizeDistribution::Equal(one) => vec![(one.radius, one.mass); self.count()],
             SizeDistribution::Each(all) => all.pairs().to_vec(),
             SizeDistribution::Species(species) => (species.kinds().iter())
@@ -353,27 +382,27 @@ impl CasePlan {
 
     /// Returns true if all contacts of particles conserve energy.
     pub fn is_elastic(&self) -> bool {
-        let rough = self.grains.rough;
-        self.law.is_elastic()
+        let rough = self.gas.particles.rough;
+        self.gas.law.is_elastic()
             && rough.is_none_or(|rough| rough.tangential_restitution().abs() == 1.0)
     }
 
     /// Returns gravity along the axes that end at walls or openings, along which a gas has a
     /// height.
     pub fn gravity(&self) -> Vector3<f64> {
-        let all = self.grains.gravity.unwrap_or_default();
+        let all = self.gas.particles.gravity.unwrap_or_default();
         let ends = |axis: usize| *self.case.walls.face_at(axis, 0) != FaceSpec::default();
         Vector3::from_fn(|axis, _| if ends(axis) { all[axis] } else { 0.0 })
     }
 
     /// Returns true if the particles are rough and spin.
     pub fn is_rough(&self) -> bool {
-        self.grains.rough.is_some()
+        self.gas.particles.rough.is_some()
     }
 
     /// Returns true if the box has walls, openings or obstacles.
     pub fn is_bounded(&self) -> bool {
-        self.grains.is_bounded
+        self.gas.particles.is_bounded
     }
 
     /// Returns the plan of the engine with this name, and its index.

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_4, PI};
 use std::path::Path;
-use std::sync::OnceLock;
 
 use stosszahl_case::Case;
 use stosszahl_case::format::{PlacementSpec, TimeUnit, VelocitiesSpec};
@@ -17,7 +16,10 @@ use stosszahl_model::{
 
 use super::boundaries;
 use super::cost::available_memory;
-use super::data::{CasePlan, PlanError, SizeGroup, SpeciesPlan, UnitScale, in_space};
+use super::data::{
+    CasePlan, ClockPlan, GasPlan, PlanError, PlanNotes, SizeGroup, SpeciesPlan, TheoryCache,
+    UnitScale, in_space,
+};
 use super::engines;
 use super::free_volume::{covered_area, factor_of_radii, free_volume, uncovered_volume};
 use super::gas::ResolvedGas;
@@ -64,7 +66,7 @@ impl CasePlan {
         let thermal_speed = (temperature / gas.mean_mass).sqrt();
         let law = species::law(case, &gas)?;
         let dimension = case.gas.dimension as usize;
-        let grains = ParticleSpec {
+        let particles = ParticleSpec {
             sizes: gas.sizes,
             restitution: law.clone(),
             rough: rough(case)?,
@@ -85,34 +87,37 @@ impl CasePlan {
             (law.coefficient(mean_approach)).unwrap_or_else(|| case.gas.restitution.coefficient());
         let mut plan = Self {
             case: case.clone(),
-            dimension,
-            species: std::mem::take(&mut gas.species),
-            species_numbers: gas.numbers.take(),
-            kinds_in_groups: case.polydisperse.as_ref().map(|one| one.number as usize),
-            classes: std::mem::take(&mut gas.classes),
-            theory: OnceLock::new(),
-            steady_state: OnceLock::new(),
-            partial_temperatures: OnceLock::new(),
-            rough_temperatures: Default::default(),
-            grains,
-            law,
-            restitution,
-            lengths: gas.lengths,
-            volume: gas.volume,
+            gas: GasPlan {
+                dimension,
+                species: std::mem::take(&mut gas.species),
+                species_numbers: gas.numbers.take(),
+                kinds_in_groups: case.polydisperse.as_ref().map(|one| one.number as usize),
+                classes: std::mem::take(&mut gas.classes),
+                particles,
+                law,
+                restitution,
+                lengths: gas.lengths,
+                volume: gas.volume,
+                packing_fraction: gas.packing,
+                contact_value,
+                temperature,
+                velocities: velocity_distribution(case)?,
+                file: gas.file,
+            },
             scale: gas.scale,
-            time: 1.0,
-            time_unit: TimeUnit::Case,
+            clock: ClockPlan {
+                time: 1.0,
+                time_unit: TimeUnit::Case,
+                haff_time: f64::INFINITY,
+                mean_free_time: f64::INFINITY,
+            },
             engines: Vec::new(),
-            packing_fraction: gas.packing,
-            contact_value,
-            haff_time: f64::INFINITY,
-            mean_free_time: f64::INFINITY,
-            temperature,
-            velocities: velocity_distribution(case)?,
-            file: gas.file,
+            theory: TheoryCache::default(),
+            notes: PlanNotes {
+                warnings: Vec::new(),
+                choices: std::mem::take(&mut gas.choices),
+            },
             folder: folder.to_owned(),
-            warnings: Vec::new(),
-            choices: std::mem::take(&mut gas.choices),
         };
         boundaries::check_boundaries(&plan)?;
         plan.find_times()?;
@@ -127,7 +132,7 @@ impl CasePlan {
         plan.separate_rounded()?;
         plan.check_file()?;
         plan.check_region()?;
-        plan.warnings.extend(plan.notable());
+        plan.notes.warnings.extend(plan.notable());
         Ok(plan)
     }
 
@@ -136,10 +141,14 @@ impl CasePlan {
     fn check_gravity(&self) -> Result<(), PlanError> {
         const STRONGEST: f64 = 1e12;
         let gravity = self.gravity();
-        let masses = self.species.iter().map(|one| one.count as f64 * one.mass);
+        let masses = self
+            .gas
+            .species
+            .iter()
+            .map(|one| one.count as f64 * one.mass);
         let mass = masses.sum::<f64>() / self.count() as f64;
-        let found = (0..self.dimension)
-            .map(|axis| mass * gravity[axis].abs() * self.lengths[axis] / self.temperature)
+        let found = (0..self.gas.dimension)
+            .map(|axis| mass * gravity[axis].abs() * self.gas.lengths[axis] / self.gas.temperature)
             .fold(0.0, f64::max);
         if found <= STRONGEST {
             return Ok(());
@@ -151,18 +160,19 @@ impl CasePlan {
 
     /// Computes Haff's time, the mean free time, and the unit of time of the case.
     fn find_times(&mut self) -> Result<(), PlanError> {
-        let mixed =
-            self.classes.len() > 1 || self.dimension == 3 || matches!(self.law, Law::Pairs(_));
-        let viscoelastic = matches!(self.law, Law::Viscoelastic(_));
+        let mixed = self.gas.classes.len() > 1
+            || self.gas.dimension == 3
+            || matches!(self.gas.law, Law::Pairs(_));
+        let viscoelastic = matches!(self.gas.law, Law::Viscoelastic(_));
         let is_closed_form = self.has_thermal_units()
-            && self.law.delta().is_none()
-            && (!mixed || viscoelastic && self.dimension == 2);
+            && self.gas.law.delta().is_none()
+            && (!mixed || viscoelastic && self.gas.dimension == 2);
         if is_closed_form {
-            let (phi, chi) = (self.packing_fraction, self.contact_value);
-            if self.restitution < 1.0 {
-                self.haff_time = kinetic::haff_time(phi, self.restitution, chi);
+            let (phi, chi) = (self.gas.packing_fraction, self.gas.contact_value);
+            if self.gas.restitution < 1.0 {
+                self.clock.haff_time = kinetic::haff_time(phi, self.gas.restitution, chi);
             }
-            self.mean_free_time = 1.0 / kinetic::collision_rate(phi, chi, 0.0);
+            self.clock.mean_free_time = 1.0 / kinetic::collision_rate(phi, chi, 0.0);
         } else if self.is_uniform() {
             let mixture = self
                 .mixture()
@@ -176,18 +186,19 @@ impl CasePlan {
                     class.density
                 }
             };
-            [self.haff_time, self.mean_free_time] = rates(&self.classes, &mixture, share);
+            [self.clock.haff_time, self.clock.mean_free_time] =
+                rates(&self.gas.classes, &mixture, share);
         } else {
             // Walls and gravity spread the gas unevenly: a scale, at the mean density.
-            self.mean_free_time = 1.0 / self.dilute_collision_rate();
+            self.clock.mean_free_time = 1.0 / self.dilute_collision_rate();
             if let Ok(mixture) = self.mixture() {
-                self.haff_time = rates(&self.classes, &mixture, |class| class.density)[0];
+                self.clock.haff_time = rates(&self.gas.classes, &mixture, |class| class.density)[0];
             }
         }
         // A gas that its contacts heat has no cooling time, even where it begins above its steady
         // temperature.
-        if self.law.is_elastic() || self.heats_itself() {
-            self.haff_time = f64::INFINITY;
+        if self.gas.law.is_elastic() || self.heats_itself() {
+            self.clock.haff_time = f64::INFINITY;
         }
         let natural = if !self.has_thermal_units() {
             TimeUnit::Case
@@ -197,20 +208,20 @@ impl CasePlan {
         } else {
             TimeUnit::Haff
         };
-        self.time_unit = self.case.run.time_unit.unwrap_or(natural);
+        self.clock.time_unit = self.case.run.time_unit.unwrap_or(natural);
         // The natural time of a gas that does not cool.
-        if self.time_unit == TimeUnit::Haff && !self.haff_time.is_finite() {
-            self.time_unit = TimeUnit::MeanFreeTime;
+        if self.clock.time_unit == TimeUnit::Haff && !self.clock.haff_time.is_finite() {
+            self.clock.time_unit = TimeUnit::MeanFreeTime;
         }
-        self.time = match self.time_unit {
+        self.clock.time = match self.clock.time_unit {
             TimeUnit::Case => 1.0 / self.scale.time(),
-            TimeUnit::Haff => self.haff_time,
-            TimeUnit::MeanFreeTime => self.mean_free_time,
+            TimeUnit::Haff => self.clock.haff_time,
+            TimeUnit::MeanFreeTime => self.clock.mean_free_time,
         };
-        let sticks = self.case.aggregation.is_some() && self.time_unit == TimeUnit::Haff;
-        let good = self.time > 0.0 && self.time.is_finite() && !sticks;
+        let sticks = self.case.aggregation.is_some() && self.clock.time_unit == TimeUnit::Haff;
+        let good = self.clock.time > 0.0 && self.clock.time.is_finite() && !sticks;
         let allowed = "a unit above 0: \"haff\" for a gas that cools and does not stick, \"mean-free-time\" for one that collides, \"case\"";
-        PlanError::require(good, "run.time_unit", self.time, allowed)
+        PlanError::require(good, "run.time_unit", self.clock.time, allowed)
     }
 
     /// Checks that the start can be equilibrated as the case asks.
@@ -219,7 +230,7 @@ impl CasePlan {
         let good = (0.0..=1e9).contains(&asked) && self.longest_equilibration() >= asked;
         let allowed = "from 0 to 1e9, and at most start.longest_equilibration";
         PlanError::require(good, key, asked, allowed)?;
-        let disks = self.has_box() && self.dimension == 2;
+        let disks = self.has_box() && self.gas.dimension == 2;
         let possible = disks && !self.case.is_open() && !self.case.start.empty;
         let allowed = "0, but for disks in a closed box";
         PlanError::require(asked <= 0.0 || possible, key, asked, allowed)
@@ -228,7 +239,7 @@ impl CasePlan {
     /// Returns the largest packing fraction of the particles: that of close packing for equal ones,
     /// or 1 if sizes differ.
     pub fn closest_packing(&self) -> f64 {
-        match (self.classes.len(), self.dimension) {
+        match (self.gas.classes.len(), self.gas.dimension) {
             (1, 2) => kinetic::CLOSE_PACKING,
             (1, _) => PI / 18.0_f64.sqrt(),
             _ => 1.0,
@@ -242,21 +253,25 @@ impl CasePlan {
             .iter()
             .any(|engine| (engine.parameters()).is_none_or(|one| !one.scheme.is_dilute()));
         let closest = self.closest_packing();
-        let fits = self.packing_fraction <= closest * (1.0 + 1e-9);
+        let fits = self.gas.packing_fraction <= closest * (1.0 + 1e-9);
         let part = if self.case.obstacle.is_empty() {
             "the box"
         } else {
             "what obstacles leave of the box"
         };
-        let covered = short(self.packing_fraction);
+        let covered = short(self.gas.packing_fraction);
         let found = format!("particles cover {covered} of {part}");
         let allowed = format!("at most {closest:.4}, close packing");
         let fine = !self.has_box() || !hard;
         PlanError::require(fine || fits, "box", found, &allowed)?;
         for (index, inflow) in self.case.inflow.iter().enumerate() {
-            let kinds = inflow.number_density.iter().flatten().zip(&self.species);
+            let kinds = inflow
+                .number_density
+                .iter()
+                .flatten()
+                .zip(&self.gas.species);
             let covered = |(density, one): (&f64, &SpeciesPlan)| {
-                density * in_space!(self.dimension, S => S::particle_volume(one.radius))
+                density * in_space!(self.gas.dimension, S => S::particle_volume(one.radius))
             };
             let share: f64 = kinds.map(covered).sum();
             let found = format!("particles cover {} of the stream", short(share));
@@ -658,7 +673,7 @@ mod tests {
                 .law_between(radii, masses)
                 .expect("a law")
                 .normal_restitution(0.1);
-            assert_eq!(plan.law.pair_restitution(kinds, 0.1), exact);
+            assert_eq!(plan.gas.law.pair_restitution(kinds, 0.1), exact);
         }
 
         // A comparison whose unit of speed is 3, of mass 4 and of length 0.5.
@@ -668,8 +683,8 @@ mod tests {
             .law_between([0.25, 0.25], [4.0, 4.0])
             .expect("a law");
         // Rounding of two powers.
-        assert!((plan.law.normal_restitution(0.1) - law.normal_restitution(0.3)).abs() < 1e-14);
-        assert!(plan.haff_time.is_finite() && plan.restitution < 1.0);
+        assert!((plan.gas.law.normal_restitution(0.1) - law.normal_restitution(0.3)).abs() < 1e-14);
+        assert!(plan.clock.haff_time.is_finite() && plan.gas.restitution < 1.0);
 
         let continuous = "volume = 1e4\n[run]\nuntil = 1\n[polydisperse]\nnumber = 100\ndistribution = \"uniform\"\nrelative_width = 0.2\n";
         let refused = planned(&std::format!("{gas}{continuous}")).expect_err("unlike particles");

@@ -25,10 +25,10 @@ pub(super) fn all_engines(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanEr
         list.push(EnginePlan {
             name: "ed",
             kind: EngineKind::EventDriven {
-                contact_time: ed.contact_time * plan.time,
+                contact_time: ed.contact_time * plan.clock.time,
                 collision_limit: ed.collision_limit,
                 collision_rate_limit: match ed.collision_rate_limit {
-                    Some(limit) => Some(limit / plan.time),
+                    Some(limit) => Some(limit / plan.clock.time),
                     None => {
                         Some(NATURAL_RATES * plan.natural_rate()).filter(|rate| rate.is_normal())
                     }
@@ -43,8 +43,7 @@ pub(super) fn all_engines(plan: &mut CasePlan) -> Result<Vec<EnginePlan>, PlanEr
         else {
             continue;
         };
-        let engine =
-            in_space!(plan.dimension, S => monte_carlo::<S>(plan, format.engine, written, scheme));
+        let engine = in_space!(plan.gas.dimension, S => monte_carlo::<S>(plan, format.engine, written, scheme));
         list.push(engine?);
     }
     if !plan.has_box() {
@@ -116,9 +115,12 @@ fn monte_carlo<S: Space>(
     let chaotic = scheme.partners() == PartnerSelection::AroundContact;
     parameters.simulators_per_particle = match written.simulators_per_particle {
         Some(simulators) => simulators as u32,
-        None if chaotic => {
-            Parameters::enough_for_chaos::<S>(scheme, plan.packing_fraction, diameter, plan.count())
-        }
+        None if chaotic => Parameters::enough_for_chaos::<S>(
+            scheme,
+            plan.gas.packing_fraction,
+            diameter,
+            plan.count(),
+        ),
         // A case that chooses the cells also chooses their simulators.
         None if !plan.is_uniform() && !scheme.is_cross_cell() && written.cell_size.is_none() => {
             plan.simulators_of_flow(plan.resolving_cell(scheme))
@@ -178,10 +180,10 @@ pub(super) fn widest_clearance(case: &Case) -> WallClearance {
 impl CasePlan {
     /// Returns the mean radius of the particles \[length\].
     pub fn mean_radius(&self) -> f64 {
-        if let [one] = &self.species[..] {
+        if let [one] = &self.gas.species[..] {
             return one.radius;
         }
-        let sum: f64 = (self.species.iter())
+        let sum: f64 = (self.gas.species.iter())
             .map(|one| one.count as f64 * one.radius)
             .sum();
         sum / self.count() as f64
@@ -189,9 +191,9 @@ impl CasePlan {
 
     /// Returns true if the box is wider than the critical length of shear waves in a cooling gas.
     pub fn has_unstable_modes(&self) -> bool {
-        let widest = self.lengths[0].max(self.lengths[1]);
+        let widest = self.gas.lengths[0].max(self.gas.lengths[1]);
         self.is_disk_fluid()
-            && self.restitution < 1.0
+            && self.gas.restitution < 1.0
             && self.case.bath().is_none()
             && widest > self.critical_length()
     }
@@ -199,7 +201,11 @@ impl CasePlan {
     /// Computes the critical length of shear waves: the shortest that grow while the gas cools
     /// \[length\].
     pub fn critical_length(&self) -> f64 {
-        transport::critical_length(self.packing_fraction, self.contact_value, self.restitution)
+        transport::critical_length(
+            self.gas.packing_fraction,
+            self.gas.contact_value,
+            self.gas.restitution,
+        )
     }
 
     /// Returns true if the sets of simulators of an engine are copies of one start, moved and
@@ -211,12 +217,12 @@ impl CasePlan {
     /// Computes the mean free path of the uniform flow at the collision rate of a Monte Carlo
     /// scheme \[length\].
     pub fn flow_path(&self, scheme: Scheme) -> f64 {
-        let densest = if self.dimension == 2 { 0.6 } else { 0.5 };
-        let packing = self.packing_fraction.min(densest);
+        let densest = if self.gas.dimension == 2 { 0.6 } else { 0.5 };
+        let packing = self.gas.packing_fraction.min(densest);
         let chi = if scheme.is_dilute() {
             1.0
         } else {
-            in_space!(self.dimension, S => S::contact_value(packing))
+            in_space!(self.gas.dimension, S => S::contact_value(packing))
         };
         self.dilute_mean_free_path() / chi
     }
@@ -228,7 +234,7 @@ impl CasePlan {
         if scheme.is_dilute() {
             half
         } else {
-            let radii = self.species.iter().map(|one| one.radius);
+            let radii = self.gas.species.iter().map(|one| one.radius);
             half.max(4.0 * radii.fold(0.0, f64::max))
         }
     }
@@ -237,7 +243,7 @@ impl CasePlan {
     /// holds ten, of at most 2^20 in total.
     fn simulators_of_flow(&self, side: f64) -> u32 {
         let count = self.count().max(1) as f64;
-        let per_cell = count * side.powi(self.dimension as i32) / self.volume;
+        let per_cell = count * side.powi(self.gas.dimension as i32) / self.gas.volume;
         // A cell that holds ten but for rounding holds ten.
         let wanted = (TEN / per_cell * (1.0 - 1e-9)).ceil();
         wanted.clamp(1.0, (MOST_SIMULATORS / count).floor().max(1.0)) as u32
@@ -247,7 +253,7 @@ impl CasePlan {
     /// large enough to hold ten simulators.
     fn cell_of_flow(&self, scheme: Scheme, simulators_per_particle: u32) -> f64 {
         let simulators = self.count() as f64 * f64::from(simulators_per_particle);
-        let ten = (TEN * self.volume / simulators).powf(1.0 / self.dimension as f64);
+        let ten = (TEN * self.gas.volume / simulators).powf(1.0 / self.gas.dimension as f64);
         self.resolving_cell(scheme).max(ten)
     }
 
@@ -272,34 +278,34 @@ impl CasePlan {
     /// Returns the sides of a Monte Carlo cell \[length\]; zero beyond the dimension.
     pub fn cell(&self, parameters: &Parameters) -> [f64; 3] {
         let diameter = 2.0 * self.mean_radius();
-        let counts = in_space!(self.dimension, S => cells::<S>(parameters, self, diameter));
-        [0, 1, 2].map(|axis| self.lengths[axis] / counts[axis] as f64)
+        let counts = in_space!(self.gas.dimension, S => cells::<S>(parameters, self, diameter));
+        [0, 1, 2].map(|axis| self.gas.lengths[axis] / counts[axis] as f64)
     }
 
     /// Returns the mean number of simulators in a Monte Carlo cell.
     pub fn simulators_per_cell(&self, parameters: &Parameters) -> f64 {
-        let cell: f64 = self.cell(parameters)[..self.dimension].iter().product();
-        let share = cell / self.volume;
+        let cell: f64 = self.cell(parameters)[..self.gas.dimension].iter().product();
+        let share = cell / self.gas.volume;
         share * self.count() as f64 * f64::from(parameters.simulators_per_particle)
     }
 
     /// Returns the radius around the point of contact within which partners are drawn \[length\].
     pub fn partner_radius(&self, parameters: &Parameters) -> f64 {
-        let (packing, diameter) = (self.packing_fraction, 2.0 * self.mean_radius());
-        in_space!(self.dimension, S => parameters.partner_radius::<S>(packing, diameter))
+        let (packing, diameter) = (self.gas.packing_fraction, 2.0 * self.mean_radius());
+        in_space!(self.gas.dimension, S => parameters.partner_radius::<S>(packing, diameter))
     }
 
     /// Computes the mean free path at the collision rate of a Monte Carlo scheme \[length\].
     pub fn scheme_path(&self, parameters: &Parameters) -> f64 {
-        let (packing, diameter) = (self.packing_fraction, 2.0 * self.mean_radius());
-        in_space!(self.dimension, S => parameters.mean_free_path::<S>(packing, diameter))
+        let (packing, diameter) = (self.gas.packing_fraction, 2.0 * self.mean_radius());
+        in_space!(self.gas.dimension, S => parameters.mean_free_path::<S>(packing, diameter))
     }
 }
 
 fn cells<S: Space>(parameters: &Parameters, plan: &CasePlan, diameter: f64) -> [usize; 3] {
-    let lengths = S::from_components(|axis| plan.lengths[axis]);
+    let lengths = S::from_components(|axis| plan.gas.lengths[axis]);
     // The sides are positive, or the plan would not be.
     stosszahl_model::Domain::<S>::periodic(lengths).map_or([1; 3], |domain| {
-        parameters.cells(&domain, plan.packing_fraction, diameter)
+        parameters.cells(&domain, plan.gas.packing_fraction, diameter)
     })
 }

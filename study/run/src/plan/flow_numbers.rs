@@ -20,7 +20,8 @@ impl CasePlan {
         let inflow = self.case.inflow.first();
         let velocity = inflow.map(|one| &one.velocity);
         let velocity = velocity.or(self.case.start.velocity.as_ref());
-        let ([species], Some(velocity), Some(width)) = (&self.species[..], velocity, self.width())
+        let ([species], Some(velocity), Some(width)) =
+            (&self.gas.species[..], velocity, self.width())
         else {
             return Vec::new();
         };
@@ -32,7 +33,7 @@ impl CasePlan {
             return Vec::new();
         }
         let path = self.dilute_mean_free_path();
-        let (in_plane, spins) = (self.dimension == 2, self.is_rough());
+        let (in_plane, spins) = (self.gas.dimension == 2, self.is_rough());
         let freedom = match (in_plane, spins) {
             (true, false) => 2.0,
             (true, true) | (false, false) => 3.0,
@@ -56,8 +57,8 @@ impl CasePlan {
     /// smallest distance between walls that face each other.
     fn width(&self) -> Option<f64> {
         let is_wall = |axis: usize, side: usize| self.case.walls.face_at(axis, side).is_wall();
-        let between = (0..self.dimension).filter(|&axis| is_wall(axis, 0) && is_wall(axis, 1));
-        let between = between.map(|axis| self.lengths[axis]).reduce(f64::min);
+        let between = (0..self.gas.dimension).filter(|&axis| is_wall(axis, 0) && is_wall(axis, 1));
+        let between = between.map(|axis| self.gas.lengths[axis]).reduce(f64::min);
         let disk = self
             .case
             .obstacle

@@ -102,9 +102,9 @@ impl CasePlan {
     /// Returns the volume of the box, obstacles included \[length^D\]; without a box, the volume of
     /// the gas.
     pub fn box_volume(&self) -> f64 {
-        match self.lengths[0] {
-            0.0 => self.volume,
-            _ => self.lengths[..self.dimension].iter().product(),
+        match self.gas.lengths[0] {
+            0.0 => self.gas.volume,
+            _ => self.gas.lengths[..self.gas.dimension].iter().product(),
         }
     }
 
@@ -116,7 +116,7 @@ impl CasePlan {
             return Ok(1.0);
         }
         let [low, high] = [region.low, region.high].map(|corner| [corner[0], corner[1]]);
-        let sides = [self.lengths[0], self.lengths[1]];
+        let sides = [self.gas.lengths[0], self.gas.lengths[1]];
         let area = FreeArea::new(&obstacles, sides, self.periodic(), 0.0);
         let share = area.rectangle_between(low, high) / ((high[0] - low[0]) * (high[1] - low[1]));
         Ok(if share > 1e-9 { share } else { 0.0 })
@@ -134,7 +134,7 @@ impl CasePlan {
             WallClearance::Centre => 0.0,
             WallClearance::Radius => self.mean_radius(),
         };
-        let sides = [self.lengths[0], self.lengths[1]];
+        let sides = [self.gas.lengths[0], self.gas.lengths[1]];
         let area = FreeArea::new(&obstacles, sides, self.periodic(), clearance);
         let edge = |axis: usize, number: usize| sides[axis] * number as f64 / counts[axis] as f64;
         let share = |row: usize, column: usize| {

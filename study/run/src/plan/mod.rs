@@ -54,7 +54,8 @@ pub use cost::{
 };
 pub(crate) use data::in_space;
 pub use data::{
-    CasePlan, DerivedQuantity, EngineKind, EnginePlan, PlanError, SizeGroup, SpeciesPlan, UnitScale,
+    CasePlan, ClockPlan, DerivedQuantity, EngineKind, EnginePlan, GasPlan, PlanError, PlanNotes,
+    SizeGroup, SpeciesPlan, TheoryCache, UnitScale,
 };
 pub(crate) use notable::RATE_ERROR_IN_A_CELL;
 pub use region::Region;

@@ -52,7 +52,7 @@ impl CasePlan {
     /// chi` up to 100.
     pub fn equilibration(&self) -> f64 {
         let melts = self.is_disk_fluid() && !self.starts_as_given();
-        let crowded = SOUND * self.packing_fraction.sqrt() * self.contact_value;
+        let crowded = SOUND * self.gas.packing_fraction.sqrt() * self.gas.contact_value;
         let default = if melts {
             crowded
                 .ceil()
@@ -127,17 +127,17 @@ impl CasePlan {
     }
 
     fn notable_without_box(&self, list: &mut Vec<String>) {
-        let few = self.species.iter().filter(|one| one.count < 10).count();
+        let few = self.gas.species.iter().filter(|one| one.count < 10).count();
         if few > 0 && self.case.aggregation.is_none() {
             list.push(format!(
                 "{few} of {} species have fewer than 10 particles: their temperatures fluctuate by more than a quarter",
-                self.species.len()
+                self.gas.species.len()
             ));
         }
-        if self.packing_fraction > 1.0 {
+        if self.gas.packing_fraction > 1.0 {
             list.push(format!(
                 "the packing fraction is {}: no such gas exists; the Boltzmann equation is solved for it",
-                short(self.packing_fraction)
+                short(self.gas.packing_fraction)
             ));
         }
     }
@@ -146,7 +146,7 @@ impl CasePlan {
         let lattice = match self.case.start.placement {
             PlacementSpec::Square | PlacementSpec::Hexagonal => true,
             PlacementSpec::Disordered => {
-                self.case.start.region.is_none() && self.packing_fraction > SEQUENTIAL_LIMIT
+                self.case.start.region.is_none() && self.gas.packing_fraction > SEQUENTIAL_LIMIT
             }
             PlacementSpec::File => false,
         };
@@ -163,7 +163,7 @@ impl CasePlan {
                 self.count()
             ));
         }
-        let velocities = (self.file.as_ref()).is_some_and(|file| file.velocities.is_some());
+        let velocities = (self.gas.file.as_ref()).is_some_and(|file| file.velocities.is_some());
         if velocities && self.case.start.velocities != VelocitiesSpec::FILE {
             list.push(
                 "the start file has velocities, which are not used: start.velocities = \"file\" uses them".to_owned(),
@@ -190,15 +190,19 @@ impl CasePlan {
         if !loses || heated || !self.case.inflow.is_empty() {
             return;
         }
-        let masses = self.species.iter().map(|one| one.count as f64 * one.mass);
+        let masses = self
+            .gas
+            .species
+            .iter()
+            .map(|one| one.count as f64 * one.mass);
         let mass = masses.sum::<f64>() / self.count() as f64;
         let stops = |axis: &usize| {
             let side = usize::from(gravity[*axis] > 0.0);
             self.case.walls.face_at(*axis, side).is_wall()
         };
-        let depths = (0..self.dimension)
+        let depths = (0..self.gas.dimension)
             .filter(stops)
-            .map(|axis| mass * gravity[axis].abs() * self.lengths[axis] / self.temperature);
+            .map(|axis| mass * gravity[axis].abs() * self.gas.lengths[axis] / self.gas.temperature);
         let deepest = depths.fold(0.0, f64::max);
         if deepest > FALLS {
             list.push(format!(
@@ -213,10 +217,10 @@ impl CasePlan {
         let name = engine_title(engine.name);
         if parameters.scheme.partners() == PartnerSelection::AroundContact {
             let diameter = 2.0 * self.mean_radius();
-            let (scheme, packing) = (parameters.scheme, self.packing_fraction);
-            let (wanted, excess) = in_space!(self.dimension, S => (
+            let (scheme, packing) = (parameters.scheme, self.gas.packing_fraction);
+            let (wanted, excess) = in_space!(self.gas.dimension, S => (
                 Parameters::enough_for_chaos::<S>(scheme, packing, diameter, 1),
-                parameters.excess_of_repeated_pairs::<S>(packing, diameter, self.restitution),
+                parameters.excess_of_repeated_pairs::<S>(packing, diameter, self.gas.restitution),
             ));
             if parameters.simulators_per_particle < wanted && excess > Parameters::LARGEST_EXCESS {
                 list.push(format!(
@@ -229,9 +233,9 @@ impl CasePlan {
             }
             // `stosszahl_dsmc::Engine::wall_error`, before there is an engine.
             let walled = |axis: &usize| self.case.walls.face_at(*axis, 0).is_wall();
-            let widths = (0..self.dimension)
+            let widths = (0..self.gas.dimension)
                 .filter(walled)
-                .map(|axis| self.lengths[axis]);
+                .map(|axis| self.gas.lengths[axis]);
             let error: f64 = widths.map(|width| 1.75 * packing * diameter / width).sum();
             if error > NOTABLE_WALLS {
                 list.push(format!(
@@ -313,8 +317,8 @@ impl CasePlan {
             ),
             PartnerSelection::AroundContact => {
                 let diameter = 2.0 * self.mean_radius();
-                let excess = in_space!(self.dimension, S => parameters
-                    .excess_of_repeated_pairs::<S>(self.packing_fraction, diameter, self.restitution));
+                let excess = in_space!(self.gas.dimension, S => parameters
+                    .excess_of_repeated_pairs::<S>(self.gas.packing_fraction, diameter, self.gas.restitution));
                 (excess, format!("{} simulators per particle", short(each)))
             }
             PartnerSelection::WithinCell => {
@@ -379,9 +383,9 @@ impl CasePlan {
             .parameters()
             .filter(|one| one.scheme.properties().contact != ContactLaw::Enskog);
         known.map_or(1.0, |one| {
-            let packing = self.packing_fraction;
-            let chi = in_space!(self.dimension, S => one.scheme.contact_value::<S>(packing));
-            chi.min(one.max_contact_value) / self.contact_value
+            let packing = self.gas.packing_fraction;
+            let chi = in_space!(self.gas.dimension, S => one.scheme.contact_value::<S>(packing));
+            chi.min(one.max_contact_value) / self.gas.contact_value
         })
     }
 
@@ -440,7 +444,11 @@ impl CasePlan {
     /// particles \[engine speed\].
     pub fn thermal_speed(&self) -> f64 {
         let sum = |of: fn(&SpeciesPlan) -> f64| {
-            let each = self.species.iter().map(|one| one.count as f64 * of(one));
+            let each = self
+                .gas
+                .species
+                .iter()
+                .map(|one| one.count as f64 * of(one));
             each.sum::<f64>()
         };
         (sum(|one| one.temperature) / sum(|one| one.mass)).sqrt()
@@ -456,17 +464,20 @@ impl CasePlan {
         };
         let (length, time) = (self.scale.length, self.scale.time());
         let stands_for = self.case.gas.particles_per_simulator;
-        let unit = length.powi(self.dimension as i32);
-        let simulated = self.volume * unit;
+        let unit = length.powi(self.gas.dimension as i32);
+        let simulated = self.gas.volume * unit;
         let volume = self.box_volume() * unit * stands_for.unwrap_or(1.0);
         add("particles", self.count() as f64, "1");
         if let Some(stands_for) = stands_for {
             add("particles_per_simulator", stands_for, "1");
         }
-        add("species", self.species.len() as f64, "1");
-        add("packing_fraction", self.packing_fraction, "1");
+        add("species", self.gas.species.len() as f64, "1");
+        add("packing_fraction", self.gas.packing_fraction, "1");
         if self.has_box() {
-            for (name, side) in ["x", "y", "z"].iter().zip(&self.lengths[..self.dimension]) {
+            for (name, side) in ["x", "y", "z"]
+                .iter()
+                .zip(&self.gas.lengths[..self.gas.dimension])
+            {
                 add(&format!("box_size_{name}"), side * length, "length");
             }
         }
@@ -479,8 +490,8 @@ impl CasePlan {
             self.count() as f64 / simulated,
             "length^-D",
         );
-        add("restitution", self.restitution, "1");
-        add("contact_value", self.contact_value, "1");
+        add("restitution", self.gas.restitution, "1");
+        add("contact_value", self.gas.contact_value, "1");
         add("mean_diameter", 2.0 * self.mean_radius() * length, "length");
         let path = if self.is_uniform() {
             self.mean_free_path()
@@ -488,7 +499,7 @@ impl CasePlan {
             self.dilute_mean_free_path()
         };
         // Enskog's path is that of equal particles, the dilute one that of a mixture.
-        if self.species.len() == 1 || !self.is_uniform() {
+        if self.gas.species.len() == 1 || !self.is_uniform() {
             add("mean_free_path", path * length, "length");
         }
         add(
@@ -496,13 +507,13 @@ impl CasePlan {
             self.thermal_speed() * self.scale.speed(),
             "length/time",
         );
-        add("mean_free_time", self.mean_free_time * time, "time");
-        add("haff_time", self.haff_time * time, "time");
+        add("mean_free_time", self.clock.mean_free_time * time, "time");
+        add("haff_time", self.clock.haff_time * time, "time");
         add("unit_of_time", self.time_in_case(), "time");
         let collisions = self.expected_collisions(self.case.run.until);
         add("expected_collisions_per_particle", collisions, "1");
         if self.is_disk_fluid() {
-            let structure = kinetic::structure_factor_at_zero(self.packing_fraction);
+            let structure = kinetic::structure_factor_at_zero(self.gas.packing_fraction);
             add("structure_factor_at_zero_elastic", structure, "1");
         }
         if self.has_theory() {

@@ -56,12 +56,12 @@ impl CasePlan {
             return None;
         }
         // Neither of the two has collided within the contact time, at the rate of the start.
-        let elastic = 1.0 - (-2.0 * contact_time / self.mean_free_time).exp();
+        let elastic = 1.0 - (-2.0 * contact_time / self.clock.mean_free_time).exp();
         (elastic > MANY_ELASTIC).then(|| {
             format!(
                 "engine.ed.contact_time is {} mean free times of the start, so that {} of the contacts are elastic from the start on, \
                  whatever the restitution; contact times well below a hundredth of the mean free time change contacts in collapse alone",
-                short(contact_time / self.mean_free_time),
+                short(contact_time / self.clock.mean_free_time),
                 percent(elastic)
             )
         })
@@ -69,7 +69,7 @@ impl CasePlan {
 
     /// Warns of gravity along a periodic axis, along which nothing balances it.
     fn falls_for_ever(&self) -> Option<String> {
-        let pull = self.grains.gravity?;
+        let pull = self.gas.particles.gravity?;
         let takes_up = |wall: &FaceSpec| match wall {
             FaceSpec::Wall(wall) => {
                 wall.temperature.is_some() || wall.slip.is_some_and(|slip| slip < 1.0)
@@ -79,10 +79,10 @@ impl CasePlan {
         let held = self.case.walls.all_faces().any(takes_up) || !self.case.obstacle.is_empty();
         let open = !self.case.inflow.is_empty();
         let periodic = |axis: &usize| self.is_periodic_along(*axis);
-        let axis = (0..self.dimension)
+        let axis = (0..self.gas.dimension)
             .filter(|axis| pull[*axis] != 0.0)
             .find(periodic)?;
-        let speed = pull[axis].abs() * self.case.run.until * self.time;
+        let speed = pull[axis].abs() * self.case.run.until * self.clock.time;
         (!held && !open).then(|| {
             format!(
                 "gravity.acceleration along {}: the box is periodic there and nothing in it takes up momentum, so the whole gas falls for \
@@ -100,7 +100,8 @@ impl CasePlan {
         let mut list = Vec::new();
         let scale = self.scale;
         let diameters = || {
-            self.species
+            self.gas
+                .species
                 .iter()
                 .map(|one| 2.0 * one.radius * scale.length)
         };
@@ -110,11 +111,11 @@ impl CasePlan {
         } else {
             FAST_MOLECULES
         };
-        let lightest = (self.species.iter())
+        let lightest = (self.gas.species.iter())
             .map(|one| one.mass * scale.mass)
             .fold(f64::INFINITY, f64::min);
         // Where the case says a speed, it is meant.
-        let hottest = (self.species.iter())
+        let hottest = (self.gas.species.iter())
             .filter(|_| self.case.gas.rms_speed.is_none())
             .map(|one| (one.temperature * scale.energy, one.mass * scale.mass))
             .max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
@@ -160,6 +161,7 @@ impl CasePlan {
             )
         };
         let odd = self
+            .gas
             .species
             .iter()
             .map(density)
@@ -215,11 +217,11 @@ impl CasePlan {
     /// Estimates the fastest speed that the start, walls, inflows, gravity or kicks give to
     /// particles \[engine speed\].
     fn fastest_speed(&self) -> f64 {
-        let lightest = (self.species.iter())
+        let lightest = (self.gas.species.iter())
             .map(|one| one.mass)
             .fold(f64::INFINITY, f64::min);
         let thermal = |temperature: f64| (temperature / lightest).sqrt();
-        let start = (self.species.iter())
+        let start = (self.gas.species.iter())
             .map(|one| (one.temperature / one.mass).sqrt())
             .fold(0.0, f64::max);
         let sources = self.sources().into_iter();
@@ -231,32 +233,32 @@ impl CasePlan {
     /// Returns the speed gained in a fall through the box, or until the end of the run without a
     /// floor \[engine speed\].
     fn fall(&self) -> f64 {
-        let pull = self.grains.gravity.unwrap_or_default();
+        let pull = self.gas.particles.gravity.unwrap_or_default();
         let speed = |axis: usize| {
             let pull = pull[axis].abs();
             if self.is_periodic_along(axis) {
-                pull * self.case.run.until * self.time
+                pull * self.case.run.until * self.clock.time
             } else {
-                (2.0 * pull * self.lengths[axis]).sqrt()
+                (2.0 * pull * self.gas.lengths[axis]).sqrt()
             }
         };
-        (0..self.dimension).map(speed).fold(0.0, f64::max)
+        (0..self.gas.dimension).map(speed).fold(0.0, f64::max)
     }
 
     /// Estimates the largest collision rate of a particle to expect \[1/engine time\]: the rate of
     /// the start, or the fastest speed over a diameter.
     pub(super) fn natural_rate(&self) -> f64 {
-        let diameters = self.species.iter().map(|one| 2.0 * one.radius);
+        let diameters = self.gas.species.iter().map(|one| 2.0 * one.radius);
         let smallest = diameters
             .filter(|one| *one > 0.0)
             .fold(f64::INFINITY, f64::min);
-        (self.fastest_speed() / smallest).max(1.0 / self.mean_free_time)
+        (self.fastest_speed() / smallest).max(1.0 / self.clock.mean_free_time)
     }
 
     /// Lists properties of the case that the time estimate ignores, a sentence each.
     pub fn unknown_to_the_estimate(&self) -> Vec<String> {
         let mut list = Vec::new();
-        if self.lengths[0] == 0.0 {
+        if self.gas.lengths[0] == 0.0 {
             return list;
         }
         let exact = self.engine("ed").is_some();
@@ -277,7 +279,7 @@ impl CasePlan {
             ));
         }
         for source in self.sources() {
-            let heat = source.temperature.unwrap_or(0.0) / self.temperature;
+            let heat = source.temperature.unwrap_or(0.0) / self.gas.temperature;
             if source.speed > DRIVEN * thermal {
                 list.push(format!(
                     "{}: it moves at {} thermal speeds, and the faster gas collides as much more often",
@@ -292,11 +294,11 @@ impl CasePlan {
                 ));
             }
         }
-        if exact && self.packing_fraction > 0.5 && self.restitution < 1.0 {
+        if exact && self.gas.packing_fraction > 0.5 && self.gas.restitution < 1.0 {
             list.push(format!(
                 "a packing fraction of {} with restitution {}: dense clusters collide far more often than the start",
-                short(self.packing_fraction),
-                short(self.restitution)
+                short(self.gas.packing_fraction),
+                short(self.gas.restitution)
             ));
         }
         list
@@ -306,7 +308,7 @@ impl CasePlan {
     fn diameter_range(&self) -> (f64, f64) {
         let mut range = (f64::INFINITY, 0.0_f64);
         let mut add = |radius: f64| range = (range.0.min(2.0 * radius), range.1.max(2.0 * radius));
-        match &self.grains.sizes {
+        match &self.gas.particles.sizes {
             stosszahl_model::SizeDistribution::Equal(one) => add(one.radius),
             stosszahl_model::SizeDistribution::Each(all) => {
                 all.pairs().iter().for_each(|one| add(one.0));

@@ -57,13 +57,13 @@ impl CasePlan {
         };
         let whole = Region {
             low: [0.0; 3],
-            high: self.lengths,
+            high: self.gas.lengths,
         };
         let [open, all] = [region, whole].map(|one| {
             let share = self.uncovered_share(&one);
-            share.map(|share| share * one.volume(self.dimension))
+            share.map(|share| share * one.volume(self.gas.dimension))
         });
-        Ok(Some(self.packing_fraction * all? / open?))
+        Ok(Some(self.gas.packing_fraction * all? / open?))
     }
 
     /// Checks that the start region lies inside the box and has space for the particles.
@@ -72,12 +72,12 @@ impl CasePlan {
             return Ok(());
         };
         let unit = self.scale.length;
-        let axes = 0..self.dimension;
+        let axes = 0..self.gas.dimension;
         let inside = |axis: usize| {
-            let most = self.lengths[axis] * (1.0 + 1e-12);
+            let most = self.gas.lengths[axis] * (1.0 + 1e-12);
             region.low[axis] >= 0.0 && region.high[axis] <= most
         };
-        let sides: Vec<String> = (self.lengths[..self.dimension].iter())
+        let sides: Vec<String> = (self.gas.lengths[..self.gas.dimension].iter())
             .map(|side| short(side * unit))
             .collect();
         let allowed = format!("a region inside the box of {}", sides.join(" x "));
@@ -85,7 +85,7 @@ impl CasePlan {
         if !(self.keeps_apart() || self.keeps_clear()) {
             return Ok(());
         }
-        let radii = self.species.iter().map(|one| one.radius);
+        let radii = self.gas.species.iter().map(|one| one.radius);
         let widest = 2.0 * radii.fold(0.0, f64::max);
         let narrowest = axes.map(|axis| region.high[axis] - region.low[axis]);
         let narrowest = narrowest.fold(f64::INFINITY, f64::min);
@@ -103,7 +103,7 @@ impl CasePlan {
             return Ok(());
         }
         // Unequal particles jam later, by how unequal they are.
-        let most = match (self.classes.len(), self.dimension) {
+        let most = match (self.gas.classes.len(), self.gas.dimension) {
             (1, 2) => JAMMED[0],
             (1, _) => JAMMED[1],
             (_, 2) => PI / 4.0,

@@ -11,7 +11,7 @@ impl CasePlan {
     /// Returns the unit of a column of the case's tables. Times in tables are in the unit of
     /// `run.time_unit`, which is the second only for `case`.
     pub fn table_unit(&self, unit: &str) -> Cow<'static, str> {
-        let second = (self.time_unit == TimeUnit::Case).then_some("s");
+        let second = (self.clock.time_unit == TimeUnit::Case).then_some("s");
         self.unit(unit, second)
     }
 
@@ -47,8 +47,8 @@ impl CasePlan {
             unit.replace(word, name)
         });
         named
-            .replace("^-D", &format!("^-{}", self.dimension))
-            .replace("^D", &format!("^{}", self.dimension))
+            .replace("^-D", &format!("^-{}", self.gas.dimension))
+            .replace("^D", &format!("^{}", self.gas.dimension))
             .into()
     }
 }

@@ -464,8 +464,8 @@ impl CasePlan {
     fn box_of_start(&self) -> Result<Domain<Plane>, PlanError> {
         let domain = Confinement::<Plane>::from_plan(self)?.domain;
         // With a displacement of at most half the width, one image on each side is enough.
-        let shear = self.grains.shear().map(|shear| Shear {
-            offset: nearest(shear.offset, self.lengths[0]),
+        let shear = self.gas.particles.shear().map(|shear| Shear {
+            offset: nearest(shear.offset, self.gas.lengths[0]),
             ..shear
         });
         domain
@@ -477,10 +477,14 @@ impl CasePlan {
     /// require it. Deeper overlaps are left, and lead to an error later.
     pub(super) fn separate_rounded(&mut self) -> Result<(), PlanError> {
         let placed = self.case.start.placement == PlacementSpec::File;
-        if self.dimension != 2 || !placed || !self.keeps_apart() {
+        if self.gas.dimension != 2 || !placed || !self.keeps_apart() {
             return Ok(());
         }
-        let file = self.file.as_ref().filter(|file| file.is_single_precision);
+        let file = self
+            .gas
+            .file
+            .as_ref()
+            .filter(|file| file.is_single_precision);
         let Some(positions) = file.and_then(|file| file.positions.as_ref()) else {
             return Ok(());
         };
@@ -490,7 +494,7 @@ impl CasePlan {
         let tolerance = OVERLAP_TOLERANCE * 2.0 * self.mean_radius();
         // Each component of a distance is rounded by 2^-24 of a side at most, and so is the
         // diameter.
-        let rounding = 2.0 * SINGLE_PRECISION * self.lengths[0].max(self.lengths[1]);
+        let rounding = 2.0 * SINGLE_PRECISION * self.gas.lengths[0].max(self.gas.lengths[1]);
         let (mut pairs, mut deepest) = (0, 0.0_f64);
         while pairs < MOST_SEPARATIONS
             && let Some(Overlap {
@@ -510,12 +514,16 @@ impl CasePlan {
         if pairs == 0 {
             return Ok(());
         }
-        let positions = self.file.as_mut().and_then(|file| file.positions.as_mut());
+        let positions = self
+            .gas
+            .file
+            .as_mut()
+            .and_then(|file| file.positions.as_mut());
         for (position, place) in positions.into_iter().flatten().zip(places) {
             *position = Vector3::new(place.x, place.y, position.z);
         }
         let name = self.case.start.file.as_deref().unwrap_or("the file");
-        self.choices.push(format!(
+        self.notes.choices.push(format!(
             "start.file: pairs of disks of {name} that overlapped by the rounding of single precision, at most {}, and are moved \
              apart: {pairs}",
             short(deepest * self.scale.length)
@@ -526,7 +534,11 @@ impl CasePlan {
     /// Returns an error if particles of a start file overlap each other, walls or obstacles,
     /// although an engine forbids it.
     pub(super) fn check_file(&self) -> Result<(), PlanError> {
-        let positions = self.file.as_ref().and_then(|file| file.positions.as_ref());
+        let positions = self
+            .gas
+            .file
+            .as_ref()
+            .and_then(|file| file.positions.as_ref());
         let (Some(positions), Some(name)) = (positions, &self.case.start.file) else {
             return Ok(());
         };
@@ -540,7 +552,7 @@ impl CasePlan {
         let all: Vec<_> = (positions.iter().enumerate())
             .map(|(index, &at)| (at, reach(index)))
             .collect();
-        in_space!(self.dimension, S => {
+        in_space!(self.gas.dimension, S => {
             let confinement = Confinement::<S>::from_plan(self)?;
             for (index, &(at, reach)) in all.iter().enumerate() {
                 let at = S::from_components(|axis| at[axis]);
@@ -553,7 +565,7 @@ impl CasePlan {
                 }
             }
         });
-        if self.dimension != 2 || !exact {
+        if self.gas.dimension != 2 || !exact {
             return Ok(());
         }
         let domain = self.box_of_start()?;
@@ -570,6 +582,7 @@ impl CasePlan {
                 short(depth * self.scale.length)
             );
             let allowed = if self
+                .gas
                 .file
                 .as_ref()
                 .is_some_and(|file| file.is_single_precision)
@@ -581,9 +594,10 @@ impl CasePlan {
             return Err(content_error(found, allowed));
         }
         let widest = sizes.iter().map(|one| 2.0 * one.0).fold(0.0, f64::max);
-        let narrow =
-            |axis: usize| domain.is_periodic(axis) && self.lengths[axis] <= widest * (1.0 + 1e-9);
-        let [x, y] = [0, 1].map(|axis| short(self.lengths[axis] * self.scale.length));
+        let narrow = |axis: usize| {
+            domain.is_periodic(axis) && self.gas.lengths[axis] <= widest * (1.0 + 1e-9)
+        };
+        let [x, y] = [0, 1].map(|axis| short(self.gas.lengths[axis] * self.scale.length));
         let found = format!("{name}: a box of {x} x {y}");
         let wide = !narrow(0) && !narrow(1);
         wide.then_some(())

@@ -67,25 +67,34 @@ impl CasePlan {
     /// # Errors
     /// [`TheoryError`] if the gas has none.
     pub fn mixture(&self) -> Result<MaxwellianMixture<Law>, TheoryError> {
-        let components = self.classes.iter().map(|class| Component {
+        let components = self.gas.classes.iter().map(|class| Component {
             mass: class.mass,
             diameter: class.diameter,
             density: class.density,
         });
-        let law = self.law.clone();
-        MaxwellianMixture::new(self.dimension, components.collect(), law, self.contact())
+        let law = self.gas.law.clone();
+        MaxwellianMixture::new(
+            self.gas.dimension,
+            components.collect(),
+            law,
+            self.contact(),
+        )
     }
 
     /// Returns the initial temperatures of the size groups \[energy\].
     pub fn temperatures(&self) -> Vec<f64> {
-        self.classes.iter().map(|class| class.temperature).collect()
+        self.gas
+            .classes
+            .iter()
+            .map(|class| class.temperature)
+            .collect()
     }
 
     /// Returns true if theory for a uniform gas of one species of smooth particles with constant
     /// restitution applies.
     pub fn has_theory(&self) -> bool {
         let sizes = !matches!(
-            self.grains.sizes,
+            self.gas.particles.sizes,
             stosszahl_model::SizeDistribution::Each(_)
         );
         let bathed = self.case.bath().is_some();
@@ -98,8 +107,8 @@ impl CasePlan {
             && sizes
             && uniform
             && settled
-            && self.classes.len() == 1
-            && self.law.constant().is_some()
+            && self.gas.classes.len() == 1
+            && self.gas.law.constant().is_some()
     }
 
     /// Computes the fourth cumulant a2 of the homogeneous cooling state, or of the steady state in
@@ -107,7 +116,7 @@ impl CasePlan {
     pub fn fourth_cumulant(&self) -> f64 {
         match self.bath_state() {
             Some(state) => state.fourth_cumulant,
-            None => kinetic::fourth_cumulant(self.dimension, self.restitution),
+            None => kinetic::fourth_cumulant(self.gas.dimension, self.gas.restitution),
         }
     }
 
@@ -115,24 +124,24 @@ impl CasePlan {
     pub fn collision_rate(&self) -> f64 {
         if self.is_disk_fluid() {
             kinetic::collision_rate(
-                self.packing_fraction,
-                self.contact_value,
+                self.gas.packing_fraction,
+                self.gas.contact_value,
                 self.fourth_cumulant(),
             )
         } else {
-            1.0 / self.mean_free_time
+            1.0 / self.clock.mean_free_time
         }
     }
 
     /// Computes Enskog's mean free path \[engine length\].
     pub fn mean_free_path(&self) -> f64 {
         let (packing, chi, diameter) = (
-            self.packing_fraction,
-            self.contact_value,
+            self.gas.packing_fraction,
+            self.gas.contact_value,
             2.0 * self.mean_radius(),
         );
         diameter
-            * match self.dimension {
+            * match self.gas.dimension {
                 2 => kinetic::mean_free_path(packing, chi),
                 _ => Volume::mean_free_path(packing, chi),
             }
@@ -140,25 +149,34 @@ impl CasePlan {
 
     /// Computes the mean free path of the dilute mixture at one temperature \[engine length\].
     pub fn dilute_mean_free_path(&self) -> f64 {
-        let sizes = self.classes.iter();
+        let sizes = self.gas.classes.iter();
         let sizes = sizes.map(|class| (class.count as f64, 0.5 * class.diameter, class.mass));
-        dilute_path(&sizes.collect::<Vec<_>>(), self.volume, self.dimension)
+        dilute_path(
+            &sizes.collect::<Vec<_>>(),
+            self.gas.volume,
+            self.gas.dimension,
+        )
     }
 
     /// Computes the collision rate of a particle at the start in the uniform dilute gas \[1/engine
     /// time\].
     pub fn dilute_collision_rate(&self) -> f64 {
-        let total: f64 = self.classes.iter().map(|class| class.count as f64).sum();
-        let mean_speed = match self.dimension {
+        let total: f64 = self
+            .gas
+            .classes
+            .iter()
+            .map(|class| class.count as f64)
+            .sum();
+        let mean_speed = match self.gas.dimension {
             2 => std::f64::consts::FRAC_PI_2,
             _ => 8.0 / std::f64::consts::PI,
         };
-        let rates = self.classes.iter().map(|one| {
-            let with = self.classes.iter().map(|other| {
-                let density = other.count as f64 / self.volume;
-                let over = self.temperature * (1.0 / one.mass + 1.0 / other.mass);
+        let rates = self.gas.classes.iter().map(|one| {
+            let with = self.gas.classes.iter().map(|other| {
+                let density = other.count as f64 / self.gas.volume;
+                let over = self.gas.temperature * (1.0 / one.mass + 1.0 / other.mass);
                 let distance = 0.5 * one.diameter + 0.5 * other.diameter;
-                density * cross_section(self.dimension, distance) * (mean_speed * over).sqrt()
+                density * cross_section(self.gas.dimension, distance) * (mean_speed * over).sqrt()
             });
             one.count as f64 / total * with.sum::<f64>()
         });
@@ -167,10 +185,10 @@ impl CasePlan {
 
     /// Converts a time of the case to units of Haff's time; `None` in a gas that does not cool.
     pub fn time_over_haff(&self, time: f64) -> Option<f64> {
-        let haff = self.haff_time.is_finite() && self.haff_time > 0.0;
-        haff.then(|| match self.time_unit {
+        let haff = self.clock.haff_time.is_finite() && self.clock.haff_time > 0.0;
+        haff.then(|| match self.clock.time_unit {
             TimeUnit::Haff => time,
-            _ => self.engine_time(time) / self.haff_time,
+            _ => self.engine_time(time) / self.clock.haff_time,
         })
     }
 
@@ -203,7 +221,7 @@ impl CasePlan {
     /// Haff's law with or without its Sonine factor, ignoring any scaling; `None` if the gas does
     /// not cool by that law.
     pub fn cooling_logarithm(&self, time: f64, with_cumulant: bool) -> Option<f64> {
-        let cools = self.has_theory() && self.case.bath().is_none() && self.restitution < 1.0;
+        let cools = self.has_theory() && self.case.bath().is_none() && self.gas.restitution < 1.0;
         cools.then(|| {
             self.passed(time, |time| match self.time_over_haff(time) {
                 _ if with_cumulant => -0.5 * self.haff_law(time).ln(),
@@ -216,7 +234,7 @@ impl CasePlan {
     /// estimate is rough; with walls or gravity it is that of the uniform gas at the initial
     /// temperature.
     pub fn expected_collisions(&self, time: f64) -> f64 {
-        let rate = 1.0 / self.mean_free_time;
+        let rate = 1.0 / self.clock.mean_free_time;
         if self.case.bath().is_some() {
             return self.collisions_in_bath(time);
         }
@@ -228,10 +246,10 @@ impl CasePlan {
         }
         self.passed(time, |time| match self.time_over_haff(time) {
             Some(time) if self.has_theory() => {
-                kinetic::haff_collisions(self.dimension, self.restitution, time)
+                kinetic::haff_collisions(self.gas.dimension, self.gas.restitution, time)
             }
             // The collision rate of any gas that cools as Haff's law says.
-            Some(time) => rate * self.haff_time * time.ln_1p(),
+            Some(time) => rate * self.clock.haff_time * time.ln_1p(),
             None => rate * self.engine_time(time),
         })
     }
@@ -251,12 +269,12 @@ impl CasePlan {
     /// Enskog's equations in as many Sonine orders as are quick. They are solved once; `None` if
     /// they do not apply.
     pub fn partial_temperatures(&self) -> Option<&[Vec<f64>]> {
-        let solved = self.partial_temperatures.get_or_init(|| {
-            let constant = !matches!(self.law, Law::Viscoelastic(_));
+        let solved = self.theory.partial_temperatures.get_or_init(|| {
+            let constant = !matches!(self.gas.law, Law::Viscoelastic(_));
             let free = self.case.bath().is_none() && !self.is_sheared();
             let applies = self.is_uniform_box() && !self.is_rough() && free && constant;
-            let species = self.species.len();
-            if !applies || species < 2 || self.classes.len() != species {
+            let species = self.gas.species.len();
+            if !applies || species < 2 || self.gas.classes.len() != species {
                 return None;
             }
             let times = self.sample_times();
@@ -272,7 +290,8 @@ impl CasePlan {
 
     /// Checks that a gas with aggregation has one species and no box.
     pub(super) fn check_sticking(&self) -> Result<(), PlanError> {
-        let good = self.case.aggregation.is_none() || !self.has_box() && self.classes.len() == 1;
+        let good =
+            self.case.aggregation.is_none() || !self.has_box() && self.gas.classes.len() == 1;
         let allowed = "one species in a gas without [box]";
         PlanError::require(good, "aggregation", "particles that stick", allowed)
     }
@@ -291,49 +310,53 @@ impl CasePlan {
     /// shear. The model lacks collisional stress, so dense gases collide more often.
     fn collisions_in_flow(&self, time: f64) -> Option<f64> {
         let (flow, rate) = self.shear_flow()?;
-        let chi = self.contact_value;
+        let chi = self.gas.contact_value;
         let total: f64 = self
+            .gas
             .classes
             .iter()
             .map(|one| one.count as f64 * one.mass)
             .sum();
-        let speed = (self.temperature * self.count() as f64 / total).sqrt();
+        let speed = (self.gas.temperature * self.count() as f64 / total).sqrt();
         let relaxation = chi * self.shear_relaxation() * speed;
         let found = flow.after(rate, relaxation, self.engine_time(time)).ok()?;
-        Some(found.elapsed / self.mean_free_time)
+        Some(found.elapsed / self.clock.mean_free_time)
     }
 
     /// Returns the theory of uniform shear flow in a dilute gas with the restitution of the case,
     /// and the shear rate in engine units; `None` without shear.
     pub(crate) fn shear_flow(&self) -> Option<(UniformShear, f64)> {
-        let rate = self.grains.shear_rate?;
-        Some((UniformShear::new(self.dimension, self.restitution), rate))
+        let rate = self.gas.particles.shear_rate?;
+        Some((
+            UniformShear::new(self.gas.dimension, self.gas.restitution),
+            rate,
+        ))
     }
 
     /// Computes the relaxation rate of the stress in a dilute gas at T = m = 1, in engine units.
     pub(crate) fn shear_relaxation(&self) -> f64 {
-        let density = self.count() as f64 / self.volume;
-        UniformShear::relaxation_rate(self.dimension, density, 2.0 * self.mean_radius())
+        let density = self.count() as f64 / self.gas.volume;
+        UniformShear::relaxation_rate(self.gas.dimension, density, 2.0 * self.mean_radius())
     }
 
     /// Returns true if contacts may add energy, so that a gas without walls or bath reaches a
     /// steady state.
     pub fn heats_itself(&self) -> bool {
-        self.law.max_added_speed() > 0.0
+        self.gas.law.max_added_speed() > 0.0
     }
 
     /// Computes the steady state of a uniform gas that its contacts heat, by Enskog's equations in
     /// as many Sonine orders as are quick, solved once. The temperature is over that of the start.
     /// `None` if the equations do not apply.
     pub fn steady_state(&self) -> Option<&Moment> {
-        let solved = self.steady_state.get_or_init(|| {
-            let uniform = self.is_uniform() && self.classes.len() == 1 && !self.is_rough();
+        let solved = self.theory.steady_state.get_or_init(|| {
+            let uniform = self.is_uniform() && self.gas.classes.len() == 1 && !self.is_rough();
             if !(uniform && self.heats_itself()) {
                 return None;
             }
-            let law = self.law.delta()?;
+            let law = self.gas.law.delta()?;
             let mixture = self.mixture().ok()?;
-            let scale = self.classes[0].mass * law.delta().powi(2);
+            let scale = self.gas.classes[0].mass * law.delta().powi(2);
             let start = vec![scale * delta_model::maxwellian_temperature(law.coefficient())?];
             // From the Maxwellian estimate, which is right to a few per cent, the gas relaxes by a
             // share of 1 - r^2 in a collision.
@@ -342,7 +365,7 @@ impl CasePlan {
             let mut orders = (1..=mixture.affordable_orders()).rev();
             let found = orders.find_map(|orders| mixture.solve(orders, &start, &[until]).ok())?;
             let mut moment = found.into_iter().next_back()?;
-            moment.temperatures[0] /= self.temperature;
+            moment.temperatures[0] /= self.gas.temperature;
             Some(moment)
         });
         solved.as_ref()

@@ -98,7 +98,7 @@ impl CasePlan {
             return Err(PlanError::new("run.samples", "", allowed));
         };
         if blocks != BLOCKS {
-            self.choices.push(format!(
+            self.notes.choices.push(format!(
                 "measure.fields.blocks = {blocks}: the number nearest to {BLOCKS} that divides run.samples = {samples}"
             ));
         }
@@ -107,7 +107,7 @@ impl CasePlan {
 
     pub(super) fn check_times(&self) -> Result<(), PlanError> {
         let until = self.case.run.until;
-        let good = (until * self.time).is_finite();
+        let good = (until * self.clock.time).is_finite();
         PlanError::require(good, "run.until", until, "a finite time above 0")?;
         let (first, each) = (self.first_sample(), self.samples_per_decade());
         let few = (until / first).log10() * each as f64 <= MOST_SAMPLES;

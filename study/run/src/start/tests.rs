@@ -83,9 +83,13 @@ fn starts_lie_between_collisions() {
     let streams = Streams::new(plan.case.seed, 1000);
     let boundaries = plan.exact_boundaries(streams).expect("none");
     let first = start(&plan, 1000);
-    let mut gas =
-        stosszahl_ed::simulate(&plan.grains, DissipationRule::Elastic, &boundaries, &first)
-            .expect("a gas");
+    let mut gas = stosszahl_ed::simulate(
+        &plan.gas.particles,
+        DissipationRule::Elastic,
+        &boundaries,
+        &first,
+    )
+    .expect("a gas");
     // Five mean free times later, other pairs are near contact.
     let later = (1..=400).map(|step| {
         let time = 5.0 * f64::from(step) / plan.collision_rate();
@@ -134,7 +138,7 @@ fn starts_have_the_fourth_cumulant_asked_for() {
             "{gas}{text}[start.velocities]\na2 = {a2}\n[run]\nuntil = 1\n"
         ));
         let sample = |replica: u64| {
-            if plan.lengths[0] > 0.0 {
+            if plan.gas.lengths[0] > 0.0 {
                 let start = start(&plan, replica);
                 let momentum: Vector3<f64> =
                     start.all.iter().map(|one| one.mass * one.velocity).sum();
@@ -194,7 +198,7 @@ fn velocities_of_a_file_are_dealt_within_species() {
             ),
         );
         assert_eq!(plan.case.replicas, 4);
-        assert_eq!([0, 1].map(|k| plan.species[k].count), [30, 10]);
+        assert_eq!([0, 1].map(|k| plan.gas.species[k].count), [30, 10]);
         let starts: Vec<Particles> = (0..2).map(|replica| start(&plan, replica)).collect();
         let speeds = |start: &Particles, species: u32| {
             let own = start.all.iter().filter(|one| one.species == species);
@@ -203,6 +207,7 @@ fn velocities_of_a_file_are_dealt_within_species() {
             own
         };
         let file = plan
+            .gas
             .file
             .as_ref()
             .and_then(|file| file.velocities.as_ref())

@@ -22,7 +22,7 @@ pub fn keeps_energy(plan: &CasePlan) -> bool {
     });
     let driven = plan.case.thermostat.is_some() || plan.is_sheared();
     // Along a periodic axis gravity does work for ever.
-    let ends = plan.gravity() == plan.grains.gravity.unwrap_or_default();
+    let ends = plan.gravity() == plan.gas.particles.gravity.unwrap_or_default();
     plan.is_elastic() && !driven && plan.case.walls.all_faces().all(specular) && obstacles && ends
 }
 
@@ -40,7 +40,7 @@ fn conserves_energy(wall: &WallSpec) -> bool {
 /// Returns the temperature of rotation at the start \[energy\].
 fn spin_temperature(plan: &CasePlan) -> f64 {
     let written = plan.case.start.spin_temperature;
-    written.map_or(plan.temperature, |t| t / plan.scale.energy)
+    written.map_or(plan.gas.temperature, |t| t / plan.scale.energy)
 }
 
 /// Returns true if particles of an engine collide at the rate of a dilute gas at any density.
@@ -64,20 +64,20 @@ pub fn cooling(
         && plan.case.obstacle.is_empty()
         && plan.case.bath().is_none();
     let ([kind], true, Some(surface), Some(restitution)) = (
-        &plan.species[..],
+        &plan.gas.species[..],
         homogeneous,
-        plan.grains.rough,
-        plan.law.constant(),
+        plan.gas.particles.rough,
+        plan.gas.law.constant(),
     ) else {
         return Ok(None);
     };
-    let (density, diameter) = (kind.count as f64 / plan.volume, 2.0 * kind.radius);
-    let gas = in_space!(plan.dimension, S => {
-        let chi = if is_dilute(engine) { 1.0 } else { S::contact_value(plan.packing_fraction) };
+    let (density, diameter) = (kind.count as f64 / plan.gas.volume, 2.0 * kind.radius);
+    let gas = in_space!(plan.gas.dimension, S => {
+        let chi = if is_dilute(engine) { 1.0 } else { S::contact_value(plan.gas.packing_fraction) };
         RoughGas::new::<S>(restitution, surface, density, diameter, kind.mass, chi)
     })?;
     let start = Temperatures {
-        translation: plan.temperature,
+        translation: plan.gas.temperature,
         rotation: spin_temperature(plan),
     };
     // Particles that do not spin at first have no Maxwellian to expand about.
@@ -98,7 +98,7 @@ pub fn column(
     engine: &EnginePlan,
 ) -> Result<Option<BarometricColumn>, TheoryError> {
     let case = &plan.case;
-    let Some(gravity) = plan.grains.gravity else {
+    let Some(gravity) = plan.gas.particles.gravity else {
         return Ok(None);
     };
     // Exact dynamics needs room for its particles at the start, so that points do not begin uniform
@@ -119,11 +119,11 @@ pub fn column(
         && case.obstacle.is_empty()
         && case.start.velocity.is_none();
     // A perfectly rough gas shares its energy with its spins, a smooth one has none.
-    let spins = spin_temperature(plan) == plan.temperature;
-    let shares = match plan.grains.rough {
-        None => Some(plan.dimension),
+    let spins = spin_temperature(plan) == plan.gas.temperature;
+    let shares = match plan.gas.particles.rough {
+        None => Some(plan.gas.dimension),
         Some(rough) if rough.tangential_restitution() > 0.0 && spins => {
-            Some(plan.dimension + if plan.dimension == 2 { 1 } else { 3 })
+            Some(plan.gas.dimension + if plan.gas.dimension == 2 { 1 } else { 3 })
         }
         Some(_) => None,
     };
@@ -134,9 +134,9 @@ pub fn column(
         mass: kind.mass,
         number: kind.count as f64,
     };
-    let layers: Vec<Layer> = plan.species.iter().map(layer).collect();
-    let (height, strength) = (plan.lengths[1], gravity.y.abs());
-    BarometricColumn::settled(&layers, height, strength, plan.temperature, freedoms).map(Some)
+    let layers: Vec<Layer> = plan.gas.species.iter().map(layer).collect();
+    let (height, strength) = (plan.gas.lengths[1], gravity.y.abs());
+    BarometricColumn::settled(&layers, height, strength, plan.gas.temperature, freedoms).map(Some)
 }
 
 /// Computes the number density of a species, or of all, averaged between two heights of the settled
@@ -147,28 +147,32 @@ pub fn density(
     species: Option<usize>,
     ends: [f64; 2],
 ) -> f64 {
-    let height = plan.lengths[1];
+    let height = plan.gas.lengths[1];
     // Gravity may point up the axis.
-    let falls = plan.grains.gravity.is_some_and(|gravity| gravity.y < 0.0);
+    let falls = plan
+        .gas
+        .particles
+        .gravity
+        .is_some_and(|gravity| gravity.y < 0.0);
     let [from, to] = if falls {
         ends
     } else {
         [height - ends[1], height - ends[0]]
     };
     let one = |kind: &SpeciesPlan| {
-        let uniform = kind.count as f64 / plan.volume;
+        let uniform = kind.count as f64 / plan.gas.volume;
         uniform * column.mean_density(kind.mass, from.max(0.0), to.min(height))
     };
     match species {
-        Some(index) => one(&plan.species[index]),
-        None => plan.species.iter().map(one).sum(),
+        Some(index) => one(&plan.gas.species[index]),
+        None => plan.gas.species.iter().map(one).sum(),
     }
 }
 
 /// Returns the common temperature of the walls \[energy\]; `None` unless all have the same, none
 /// moves and the gas is elastic.
 pub fn wall_temperature(plan: &CasePlan) -> Option<f64> {
-    if !plan.is_elastic() || plan.grains.gravity.is_some() || plan.case.bath().is_some() {
+    if !plan.is_elastic() || plan.gas.particles.gravity.is_some() || plan.case.bath().is_some() {
         return None;
     }
     let mut found = None;

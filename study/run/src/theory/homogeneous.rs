@@ -17,6 +17,7 @@ use crate::plan::CasePlan;
 pub fn curves(plan: &CasePlan) -> Result<&TheoryCurves, TheoryError> {
     let solved = plan
         .theory
+        .curves
         .get_or_init(|| Theory::from_plan(plan)?.curves());
     solved.as_ref().map_err(|error| *error)
 }
@@ -25,12 +26,12 @@ pub fn curves(plan: &CasePlan) -> Result<&TheoryCurves, TheoryError> {
 /// stick: in first Sonine order by van Noije & Ernst, and in the form of Montanero & Santos. `None`
 /// for other gases.
 pub fn fourth_cumulants(plan: &CasePlan) -> Option<[f64; 2]> {
-    let restitution = plan.law.constant().filter(|&r| r < 1.0)?;
-    let alone = plan.species.len() == 1 && plan.case.aggregation.is_none();
+    let restitution = plan.gas.law.constant().filter(|&r| r < 1.0)?;
+    let alone = plan.gas.species.len() == 1 && plan.case.aggregation.is_none();
     alone.then(|| {
         [
-            kinetic::fourth_cumulant(plan.dimension, restitution),
-            kinetic::fourth_cumulant_of_montanero_santos(plan.dimension, restitution),
+            kinetic::fourth_cumulant(plan.gas.dimension, restitution),
+            kinetic::fourth_cumulant_of_montanero_santos(plan.gas.dimension, restitution),
         ]
     })
 }
@@ -63,7 +64,7 @@ impl<'a> Theory<'a> {
 
     /// Returns the index range of the size groups of a species.
     fn classes_of(&self, group: usize) -> Range<usize> {
-        let each = self.plan.classes.len() / self.plan.species.len().max(1);
+        let each = self.plan.gas.classes.len() / self.plan.gas.species.len().max(1);
         group * each..(group + 1) * each
     }
 
@@ -147,8 +148,8 @@ impl<'a> Theory<'a> {
     /// Computes the predictions for each species at one time, with their change from one Sonine
     /// order less.
     fn curve(&self, moment: &Moment, below: Option<&Moment>) -> TheoryPoint {
-        let (classes, start) = (&self.plan.classes, &self.start);
-        let d = self.plan.dimension as f64;
+        let (classes, start) = (&self.plan.gas.classes, &self.start);
+        let d = self.plan.gas.dimension as f64;
         let predicted = |of: &dyn Fn(&Moment) -> f64| {
             let value = of(moment);
             let error = below.map(|below| (value - of(below)).abs());
@@ -185,7 +186,7 @@ impl<'a> Theory<'a> {
             energy_ratio: predicted(&|moment| mean(&moment.temperatures) / mean(start)),
             collisions: predicted(&|moment| mean(&moment.collisions)),
             displacement: predicted(&|moment| mean(&moment.displacements)),
-            groups: (0..self.plan.species.len()).map(of_group).collect(),
+            groups: (0..self.plan.gas.species.len()).map(of_group).collect(),
         }
     }
 
@@ -217,7 +218,7 @@ impl<'a> Theory<'a> {
             || (orders > 1).then(|| by_class(orders - 1)).flatten(),
         );
         let found = found?;
-        let count = |k: usize| self.plan.classes[k].count as f64;
+        let count = |k: usize| self.plan.gas.classes[k].count as f64;
         let of_group = |group: usize| {
             let of_lag = |index: usize| {
                 let mean =
@@ -228,7 +229,7 @@ impl<'a> Theory<'a> {
             };
             (0..lags.len()).map(of_lag).collect()
         };
-        Some((0..self.plan.species.len()).map(of_group).collect())
+        Some((0..self.plan.gas.species.len()).map(of_group).collect())
     }
 }
 

@@ -118,7 +118,7 @@ pub(super) fn steady_state(
     ));
     if let Some([exponent, cutoff]) = fit_power_law(records, steady.fit_monomers) {
         let [low, high] = steady.fit_monomers;
-        let d = plan.dimension as f64;
+        let d = plan.gas.dimension as f64;
         list.push(verdict_note(
             "sizes in the steady state",
             // With k ~ R^D and dk ~ R^(D - 1) dR, k^-q dk is R^-(D q - D + 1) dR.

@@ -44,8 +44,8 @@ fn empty() -> Table {
 fn enskog(plan: &CasePlan) -> Option<Vec<f64>> {
     let mixture = plan.mixture().ok()?;
     let components = mixture.components();
-    let values = contact::values(plan.dimension, components, plan.contact()).ok()?;
-    (components.len() == plan.species.len()).then_some(values)
+    let values = contact::values(plan.gas.dimension, components, plan.contact()).ok()?;
+    (components.len() == plan.gas.species.len()).then_some(values)
 }
 
 /// Builds the table of contact values of all engines and windows; without rows for a gas that is
@@ -59,9 +59,11 @@ pub(super) fn table(plan: &CasePlan, runs: &ReplicaRecords<'_>, spans: &[[f64; 2
     for (engine, records) in runs.each::<Record>(plan) {
         let known: Vec<&Observed> = records.iter().filter_map(|one| one.as_ref()).collect();
         for (number, &span) in spans.iter().enumerate() {
-            for b in 0..plan.species.len() {
+            for b in 0..plan.gas.species.len() {
                 for a in 0..=b {
-                    let chi = theory.as_ref().map(|all| all[a * plan.species.len() + b]);
+                    let chi = theory
+                        .as_ref()
+                        .map(|all| all[a * plan.gas.species.len() + b]);
                     let one = |one: &&Observed| one.own.flux.windows[number].clone();
                     let windows: Vec<FluxWindow> = known.iter().map(one).collect();
                     let one = |one: &&Observed| Some(one.elastic.get(number)?.1.clone());
@@ -101,9 +103,9 @@ struct Pair {
 
 impl Pair {
     fn new(plan: &CasePlan, engine: &EnginePlan, species: [usize; 2], chi: Option<f64>) -> Self {
-        let counts = species.map(|one| plan.species[one].count as f64);
+        let counts = species.map(|one| plan.gas.species[one].count as f64);
         let weight = 1.0 / engine.copies() as f64;
-        let factor = plan.law.constant().map(separation_factor);
+        let factor = plan.gas.law.constant().map(separation_factor);
         let simulators = (plan.count() * engine.copies()) as f64;
         let sonine = plan.has_theory().then(|| {
             // The gas as a whole is at rest, which takes the energy of one particle from it.
@@ -112,8 +114,8 @@ impl Pair {
         });
         Self {
             species,
-            dimension: plan.dimension,
-            volume: plan.volume,
+            dimension: plan.gas.dimension,
+            volume: plan.gas.volume,
             pairs: number_of_pairs(species[0] == species[1], counts, weight),
             chi,
             factor: factor.filter(|factor| factor.is_finite()),

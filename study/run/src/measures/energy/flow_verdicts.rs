@@ -63,7 +63,7 @@ pub(crate) fn two_temperature_theory<'a>(
     plan: &'a CasePlan,
     engine: &EnginePlan,
 ) -> Result<Option<&'a [Temperatures]>, &'a TheoryError> {
-    let solved = &plan.rough_temperatures[usize::from(flow::is_dilute(engine))];
+    let solved = &plan.theory.rough_temperatures[usize::from(flow::is_dilute(engine))];
     let solve = || {
         let times: Vec<f64> = times(plan)
             .into_iter()
@@ -154,7 +154,7 @@ impl One<'_> {
                 };
             }
         }
-        let falls = self.plan.grains.gravity.is_some();
+        let falls = self.plan.gas.particles.gravity.is_some();
         let subject = if falls {
             "The energy, with that of height,"
         } else {
@@ -233,7 +233,7 @@ impl One<'_> {
     fn settled(&self, topic: &str, column: &BarometricColumn) -> Option<VerdictText> {
         let freedom = gas_series::freedom(self.plan);
         let found = self.inside(|sample| sample.total().temperature(freedom));
-        let start = self.plan.temperature;
+        let start = self.plan.gas.temperature;
         let found = found.against(Some(column.temperature())).times(1.0 / start);
         let point = MeasuredPoint::from_estimate(self.window.times[0], &found)?;
         let quantity = format!(
@@ -263,7 +263,7 @@ impl One<'_> {
         let depth = (rest.value? - least.value?) / fall;
         let error = rest.standard_error.zip(least.standard_error);
         let error = error.map(|(a, b)| a.hypot(b) / fall.abs());
-        let times = self.plan.engine_time(time) / self.plan.mean_free_time;
+        let times = self.plan.engine_time(time) / self.plan.clock.mean_free_time;
         let found = TableEstimate {
             replicas: rest.replicas,
             ..TableEstimate::with_error(depth, error)

@@ -34,7 +34,7 @@ pub(crate) struct GasRow {
 /// Collisions of a particle since the start, on average: over the particles of the start where
 /// they aggregate, over those present elsewhere. NaN with tracers, whose collisions count apart.
 fn collisions_per_particle(plan: &CasePlan, series: &GasSeries, sample: usize) -> f64 {
-    if plan.species.iter().any(|one| one.tracer) {
+    if plan.gas.species.iter().any(|one| one.tracer) {
         return f64::NAN;
     }
     let counted = if plan.case.aggregation.is_some() {
@@ -52,10 +52,10 @@ fn single_error(plan: &CasePlan, series: &GasSeries, sample: usize) -> Option<f6
         return None;
     }
     let (mut sum, mut square) = (0.0, 0.0);
-    for (share, species) in series[sample].species.iter().zip(&plan.species) {
+    for (share, species) in series[sample].species.iter().zip(&plan.gas.species) {
         if !species.tracer {
-            let cumulant = share.fourth_cumulant(plan.dimension);
-            let relative = temperature_error(plan.dimension, share.number, cumulant);
+            let cumulant = share.fourth_cumulant(plan.gas.dimension);
+            let relative = temperature_error(plan.gas.dimension, share.number, cumulant);
             sum += share.translation;
             square += (share.translation * relative).powi(2);
         }
@@ -103,7 +103,7 @@ pub(crate) fn rows(plan: &CasePlan, engine: &EnginePlan, all_series: &[&GasSerie
             spin.unwrap_or(f64::NAN)
         };
         let translation = expected.map(|expected| expected.translation);
-        let cooled = law.map(|law| law * plan.temperature);
+        let cooled = law.map(|law| law * plan.gas.temperature);
         GasRow {
             time,
             particles: of(&|sample| sample.total().number),
@@ -124,7 +124,7 @@ pub(crate) fn rows(plan: &CasePlan, engine: &EnginePlan, all_series: &[&GasSerie
             spin_temperature: of(&spin)
                 .against(expected.map(|expected| expected.rotation))
                 .times(plan.scale.energy),
-            fourth_cumulant: of(&|sample| sample.total().fourth_cumulant(plan.dimension)),
+            fourth_cumulant: of(&|sample| sample.total().fourth_cumulant(plan.gas.dimension)),
             replicas: all_series.len(),
         }
     };
@@ -324,7 +324,7 @@ fn logarithmic_figures(plan: &CasePlan) -> Vec<Figure> {
 
 /// Creates the table of the samples of single replicas.
 pub(super) fn replicas(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
-    let (freedom, dimension) = (gas_series::freedom(plan), plan.dimension);
+    let (freedom, dimension) = (gas_series::freedom(plan), plan.gas.dimension);
     let mut table = table! {
         "replicas", "The whole gas in time, replica by replica.";
         key "replica", "1", "Number of the replica, from zero";

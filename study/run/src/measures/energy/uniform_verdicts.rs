@@ -34,7 +34,7 @@ pub(super) fn test_count(plan: &CasePlan) -> usize {
 pub(super) fn quantity_spreads(plan: &CasePlan) -> Vec<ReplicaSpread> {
     // Of K of N Maxwellian particles, 2/(D N).
     let square =
-        |engine: &EnginePlan| 2.0 / (plan.dimension * plan.count() * engine.copies()) as f64;
+        |engine: &EnginePlan| 2.0 / (plan.gas.dimension * plan.count() * engine.copies()) as f64;
     let pairs = pairs_of(plan).map(|(a, b)| {
         let [x, y] = [a, b].map(|one| &plan.engines[one]);
         let names = format!("energy, {} against {}", title(x.name), title(y.name));

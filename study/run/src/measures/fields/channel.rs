@@ -146,7 +146,7 @@ impl<'a> Channel<'a> {
         let edges = TableEstimate::with_error(0.5 * (value(&low) + value(&high)), error);
         let free = FREE * value(&centre);
         let slow = (0..self.rows / 2).take_while(|&row| value(&speed(row..row + 1)) < free);
-        let height = self.plan.lengths[1] * self.plan.scale.length;
+        let height = self.plan.gas.lengths[1] * self.plan.scale.length;
         let layer = height * slow.count() as f64 / self.rows as f64;
         format!(
             "At the exit particles slip along the walls at {} of the velocity in the middle, and are slower than {FREE} of it up \

@@ -53,7 +53,7 @@ pub(super) fn fill(
 ) {
     let [columns, rows] = grid.counts();
     let (length, speed) = (plan.scale.length, plan.scale.speed());
-    let height = plan.lengths[1] * length;
+    let height = plan.gas.lengths[1] * length;
     for column in 0..columns {
         let across: Vec<usize> = (0..rows).map(|row| column + columns * row).collect();
         let [centre, thickness, slip] = view.derived(&across, |cells| {

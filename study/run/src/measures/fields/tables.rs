@@ -125,10 +125,10 @@ pub(super) fn fill_profiles(
     let unit = view::units(plan)[view::DENSITY];
     let column = flow::column(plan, engine).ok().flatten();
     let column = column.filter(|_| window.steady);
-    let kinds = plan.species.len();
+    let kinds = plan.gas.species.len();
     let species = std::iter::once(None).chain((0..kinds).filter(|_| kinds > 1).map(Some));
     for species in species {
-        let name = species.map_or("all", |index| plan.species[index].name.as_str());
+        let name = species.map_or("all", |index| plan.gas.species[index].name.as_str());
         for (axis, along) in [CellAveraging::X, CellAveraging::Y].into_iter().enumerate() {
             let width = grid.width()[axis];
             for (place, found) in view.fields(species, along).into_iter().enumerate() {

@@ -160,13 +160,13 @@ fn overcrowding_warning(
             .filter(|row| row.says("species", species))
             .collect()
     };
-    let unit = plan.scale.length.powi(plan.dimension as i32);
+    let unit = plan.scale.length.powi(plan.gas.dimension as i32);
     // Each species has the same places as all together, which are the only rows of a gas of one.
-    let (places, alone) = (of("all"), plan.species.len() == 1);
-    let solid = plan.species.iter().filter(|kind| !kind.tracer);
+    let (places, alone) = (of("all"), plan.gas.species.len() == 1);
+    let solid = plan.gas.species.iter().filter(|kind| !kind.tracer);
     let kinds: Vec<_> = solid
         .map(|kind| {
-            let volume = unit * in_space!(plan.dimension, S => S::particle_volume(kind.radius));
+            let volume = unit * in_space!(plan.gas.dimension, S => S::particle_volume(kind.radius));
             (volume, of(if alone { "all" } else { &kind.name }))
         })
         .collect();
@@ -238,7 +238,7 @@ fn barometric(
     parts: usize,
     rule: &VerdictRule,
 ) -> Option<VerdictText> {
-    plan.grains.gravity?;
+    plan.gas.particles.gravity?;
     let layer = |row: &Row<'_>| {
         let theory = TableEstimate::with_error(row.number("number_density_theory")?, Some(0.0));
         Some(([row.measured("number_density"), theory], place_text(row)))
@@ -259,7 +259,7 @@ fn walls(
 ) -> Option<VerdictText> {
     let expected = flow::wall_temperature(plan)?;
     let temperature = temperature.times(1.0 / (expected * plan.scale.energy));
-    let thermal = (expected / plan.species[0].mass).sqrt() * plan.scale.speed();
+    let thermal = (expected / plan.gas.species[0].mass).sqrt() * plan.scale.speed();
     let drift = drift.times(1.0 / thermal);
     let half = rule.at_level(0.5 * rule.level);
     let off = |found: TableEstimate, expected: f64| {

@@ -21,7 +21,7 @@ const PLACES: [usize; QUANTITIES] = [0, 1, 2, 4, 5, 6, 7];
 /// Returns the size of the engine unit of each field quantity, in units of the case.
 pub(super) fn units(plan: &CasePlan) -> [f64; QUANTITIES] {
     let (scale, speed, energy) = (plan.scale, plan.scale.speed(), plan.scale.energy);
-    let volume = scale.length.powi(plan.dimension as i32);
+    let volume = scale.length.powi(plan.gas.dimension as i32);
     let density = 1.0 / volume;
     [
         density,
@@ -30,7 +30,7 @@ pub(super) fn units(plan: &CasePlan) -> [f64; QUANTITIES] {
         energy,
         energy,
         energy / volume,
-        plan.time,
+        plan.clock.time,
     ]
 }
 

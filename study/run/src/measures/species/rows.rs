@@ -56,7 +56,7 @@ pub(crate) fn homogeneous_rows(plan: &CasePlan, records: &[&SpeciesRecord]) -> V
             tau,
             ..row(plan, species, time, &pairs, curve)
         };
-        rows.extend((0..plan.species.len()).map(of));
+        rows.extend((0..plan.gas.species.len()).map(of));
     }
     rows
 }
@@ -77,7 +77,7 @@ fn row(
     let theory = |value: fn(&GroupCurve) -> Predicted| curve.map(value);
     let temperature = {
         let relative =
-            record::temperature_error(plan.dimension, one.count as f64, one.fourth_cumulant);
+            record::temperature_error(plan.gas.dimension, one.count as f64, one.fourth_cumulant);
         let single = relative * one.temperature;
         measured(
             pairs,
@@ -147,15 +147,15 @@ fn diffusion(
     let one = pairs
         .first()
         .map_or_else(SpeciesMoments::default, |pair| of(pair.0));
-    let d = plan.dimension as f64;
+    let d = plan.gas.dimension as f64;
     let single = (one.count > 1).then(|| {
         let spread = one.displacement_velocity_square - one.displacement_velocity.powi(2);
         (spread.max(0.0) / one.count as f64).sqrt() / d
     });
     let found = measured(pairs, |pair| of(pair.0).displacement_velocity / d, single);
     let diffusion = against(found, curve.map(|curve| curve.diffusion));
-    let mass = plan.species[species].mass;
-    if plan.classes.len() != plan.species.len() {
+    let mass = plan.gas.species[species].mass;
+    if plan.gas.classes.len() != plan.gas.species.len() {
         return [diffusion, TableEstimate::default()];
     }
     let time =
@@ -177,7 +177,7 @@ pub(super) fn mean_ratio(sums: &[[f64; 2]]) -> TableEstimate {
 /// velocity of the species.
 pub(super) fn temperature(plan: &CasePlan, share: &SpeciesSums) -> f64 {
     if plan.is_uniform() {
-        2.0 * share.translation / (plan.dimension as f64 * share.number.max(1.0))
+        2.0 * share.translation / (plan.gas.dimension as f64 * share.number.max(1.0))
     } else {
         share.temperature(gas_series::freedom(plan))
     }
@@ -193,7 +193,7 @@ pub(super) fn rows_in_box(plan: &CasePlan, all_series: &[&GasSeries]) -> Vec<Spe
     let mut rows = Vec::new();
     for index in 0..gas_series::shortest(all_series) {
         let expected = theory.and_then(|all| all.get(index));
-        for species in 0..plan.species.len() {
+        for species in 0..plan.gas.species.len() {
             let share = |series: &GasSeries, species: usize| series[index].species[species];
             let of = |value: &dyn Fn(&SpeciesSums) -> Option<f64>| {
                 let each = all_series
@@ -215,7 +215,7 @@ pub(super) fn rows_in_box(plan: &CasePlan, all_series: &[&GasSeries]) -> Vec<Spe
                     .times(unit),
                 ratio_to_first: mean_ratio(&pairs.collect::<Vec<_>>()).against(ratio),
                 spin_temperature: of(&|share| share.spin_temperature(freedom)).times(unit),
-                fourth_cumulant: of(&|share| Some(share.fourth_cumulant(plan.dimension))),
+                fourth_cumulant: of(&|share| Some(share.fourth_cumulant(plan.gas.dimension))),
                 replicas: all_series.len(),
                 ..SpeciesRow::default()
             });

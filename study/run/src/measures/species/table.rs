@@ -10,7 +10,7 @@ use crate::plan::CasePlan;
 
 /// Columns of the table of the species: those of quantities that the gas has.
 fn columns(plan: &CasePlan) -> Vec<RowColumn<SpeciesRow>> {
-    let (several, homogeneous) = (plan.species.len() > 1, !plan.has_box());
+    let (several, homogeneous) = (plan.gas.species.len() > 1, !plan.has_box());
     let displaced = homogeneous && record::has_displacement(plan);
     let counted = homogeneous && tau::rate(plan).is_some();
     let (theory, cumulant): (AddColumn, AddColumn) = if homogeneous {
@@ -142,7 +142,7 @@ pub(super) fn species(plan: &CasePlan, engines: &[(&'static str, Vec<SpeciesRow>
     };
     for (engine, rows) in engines {
         for row in rows {
-            let species = &plan.species[row.species];
+            let species = &plan.gas.species[row.species];
             let found = estimates(&columns, row);
             let named = (row.species + 1, &*species.name);
             let about = (species.mass, 2.0 * species.radius);
@@ -172,7 +172,7 @@ fn figures_in_box(plan: &CasePlan) -> Vec<Figure> {
 /// Figures of the species of a gas without positions, against the logarithm of time.
 fn homogeneous_figures(plan: &CasePlan) -> Vec<Figure> {
     let mut figures = Vec::new();
-    let several = plan.species.len() > 1;
+    let several = plan.gas.species.len() > 1;
     for (shown, title, y, caption) in [
         (
             several,

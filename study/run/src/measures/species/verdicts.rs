@@ -17,7 +17,7 @@ const EARLY: [f64; 2] = [1.0, 5.0];
 /// Number of verdicts: each species but the first, of each engine.
 pub(super) fn test_count(plan: &CasePlan) -> usize {
     if plan.is_uniform_box() && !plan.is_rough() && !plan.is_sheared() {
-        plan.engines.len() * plan.species.len().saturating_sub(1)
+        plan.engines.len() * plan.gas.species.len().saturating_sub(1)
     } else {
         0
     }
@@ -40,7 +40,7 @@ pub(super) fn verdicts(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Verdic
     for (index, engine) in plan.engines.iter().enumerate() {
         let all_series: Vec<&GasSeries> = runs.records_of(index);
         let name = title(engine.name);
-        for species in 1..plan.species.len() {
+        for species in 1..plan.gas.species.len() {
             let sum = |kind: usize, at: &dyn Fn(usize, usize) -> f64| -> f64 {
                 let scaled = |&index: &usize| at(index, kind) / theory[index][0];
                 early.iter().map(scaled).sum()
@@ -52,7 +52,7 @@ pub(super) fn verdicts(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Verdic
             let [own, first] = both(&|index, kind| theory[index][kind]);
             let found = mean_ratio(&sampled.collect::<Vec<_>>()).against(Some(own / first));
             let topic = format!("species temperatures, {name}");
-            let [one, first] = [species, 0].map(|place| &plan.species[place].name);
+            let [one, first] = [species, 0].map(|place| &plan.gas.species[place].name);
             let quantity = format!("T({one})/T({first}) of the early gas");
             let points: Vec<MeasuredPoint> = MeasuredPoint::from_estimate(times[early[0]], &found)
                 .into_iter()
