@@ -21,4 +21,4 @@ du -h "$work"/wheels/*.whl
 "$work/empty/bin/pip" install "${quiet[@]}" -r tests/requirements.txt
 # From another folder, so that the package is the one that was installed.
 cd "$work"
-"$work/empty/bin/python" -m pytest -c ../../python/pyproject.toml --rootdir ../../python "../../python/tests" "$@"
+"$work/empty/bin/python" -m pytest -n 2 --dist worksteal -c ../../python/pyproject.toml --rootdir ../../python "../../python/tests" "$@"
