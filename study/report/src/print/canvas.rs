@@ -3,8 +3,6 @@
 //! Nothing is clipped by the file formats: lines are cut at the frame of their panel here, so that
 //! programs for drawings find plain paths, and drawings on one page need no identifiers.
 
-use super::font::Glyph;
-
 /// Colour of a line or area: red, green and blue from 0 to 255.
 pub(crate) type Colour = [u8; 3];
 
@@ -73,6 +71,21 @@ pub(crate) struct Text {
     pub upwards: bool,
     /// Glyphs of the text with their places on the base line.
     pub glyphs: Vec<Glyph>,
+}
+
+/// Glyph: one letter of a line of text, with its font and position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Glyph {
+    /// Index of the font: 0 upright, 1 oblique.
+    pub font: usize,
+    /// Index of the glyph in the font; 0 if the font lacks the letter.
+    pub id: u16,
+    /// Letter that the glyph shows.
+    pub letter: char,
+    /// Position of the glyph along the base line and above it \[pt\].
+    pub at: [f64; 2],
+    /// Font size of the glyph \[pt\].
+    pub size: f64,
 }
 
 /// Drawing of a figure in points, with the origin in the upper left corner.

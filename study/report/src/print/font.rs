@@ -2,7 +2,7 @@
 
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-use super::canvas::{Segment, Text};
+use super::canvas::{Glyph, Segment, Text};
 use super::label::{Level, Run};
 
 /// Embedded font files: upright and oblique.
@@ -18,21 +18,6 @@ pub(crate) const SIZE: f64 = 8.0;
 const SMALL: f64 = 0.72;
 /// Shift of the base line of exponents (up) and indices (down), in units of the font size.
 const SHIFTS: [f64; 2] = [0.36, -0.17];
-
-/// Glyph: one letter of a line of text, with its font and position.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Glyph {
-    /// Index of the font in [`FILES`]: 0 upright, 1 oblique.
-    pub font: usize,
-    /// Index of the glyph in the font; 0 if the font lacks the letter.
-    pub id: u16,
-    /// Letter that the glyph shows.
-    pub letter: char,
-    /// Position of the glyph along the base line and above it \[pt\].
-    pub at: [f64; 2],
-    /// Font size of the glyph \[pt\].
-    pub size: f64,
-}
 
 /// Line of text before it is placed: glyphs and width.
 #[derive(Clone, Debug, Default)]

@@ -137,7 +137,7 @@ fn write_text(content: &mut Content, height: f64, text: &Text, used: &mut [UsedG
     let [red, green, blue] = BLACK.map(share);
     content.set_fill_rgb(red, green, blue);
     content.begin_text();
-    let alike = |a: &super::font::Glyph, b: &super::font::Glyph| {
+    let alike = |a: &super::canvas::Glyph, b: &super::canvas::Glyph| {
         a.font == b.font && a.size == b.size && a.at[1] == b.at[1]
     };
     for run in text.glyphs.chunk_by(alike) {
