@@ -2,8 +2,8 @@
 //!
 //! [`prelude`] has the items that a custom program needs. The physics lives in the crates that are
 //! re-exported here: [`model`] (parts that all engines share), [`ed`] (exact event-driven disks),
-//! [`dsmc`] (Monte Carlo collisions) and [`analysis`] (estimators, theory, statistics). [`gas`]
-//! builds gases in a few lines, [`case`] reads case files and [`study`] runs them. [`results`] and
+//! [`dsmc`] (Monte Carlo collisions), [`analysis`] (estimators, statistics) and [`theory`] (kinetic
+//! theory). [`gas`] builds gases in a few lines, [`case`] reads case files and [`study`] runs them. [`results`] and
 //! [`report`] hold the output of a run, and [`reproduction`] reproduces papers. The command line
 //! stands on them as any program would.
 //!
@@ -27,7 +27,7 @@
 //!
 //! | feature | adds |
 //! |---|---|
-//! | none | [`gas`], [`model`], [`ed`], [`dsmc`], [`analysis`] |
+//! | none | [`gas`], [`model`], [`ed`], [`dsmc`], [`analysis`], [`theory`] |
 //! | `rough` | particles that spin |
 //! | `shear` | uniform shear flow of exact disks, in [`ed::simulate`] |
 //! | `spheres` | spheres in a box, in [`dsmc::simulate`] |
@@ -84,6 +84,7 @@ pub use stosszahl_reproduce as reproduction;
 pub use stosszahl_results as results;
 #[cfg(feature = "cases")]
 pub use stosszahl_study as study;
+pub use stosszahl_theory as theory;
 
 /// Cases and papers that are built into the program.
 #[cfg(feature = "cli")]

@@ -23,7 +23,6 @@
 //! | [`steady`] | from when on is it steady? | marginal standard error rule | O(values) |
 //! | [`accuracy`] | how far is one run from the truth, and how many does a target take? | means, Student and chi-squared intervals | O(values) |
 //! | [`fit`] | which limit, which slope, which order? | weighted least squares | O(values) |
-//! | [`theory`] | what does kinetic theory say of a mixture? | adaptive Runge-Kutta | O(species²) a step |
 //! | [`statistics`] | is the difference real? | Student, chi-squared and Holm tests | O(values) |
 //!
 //! Positions are a slice of planar vectors, the periodic box is its two side lengths. Positions may
@@ -60,7 +59,6 @@ pub mod statistics;
 pub mod steady;
 pub mod stress;
 pub mod structure_factor;
-pub mod theory;
 pub mod time_average;
 pub mod velocities;
 pub mod windows;

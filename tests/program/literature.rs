@@ -5,8 +5,8 @@ use std::fs;
 use crate::support::program::{
     CHANNEL, CLUSTERS, Columns, DRIVEN_MIXTURE, MIXTURE, TestFolder, bundled, manifest, plan,
 };
-use stosszahl::analysis::theory::{Component, ContactValues, MaxwellianMixture};
 use stosszahl::model::Constant;
+use stosszahl::theory::{Component, ContactValues, MaxwellianMixture};
 
 /// Both engines settle at the temperature of Enskog's theory, in the second half of the run.
 ///

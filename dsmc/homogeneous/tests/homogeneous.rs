@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_analysis::theory::{self, Component, CoolingState, MaxwellianMixture};
 use stosszahl_homogeneous::{
     AggregationRule, AliasTableSelection, Bird, Bounce, ContactRule, DisplacementRecord,
     EnergyLimit, EnergyLoss, HomogeneousEngine, HomogeneousGas, LowRank, PairCorrelationFactor,
@@ -14,6 +13,7 @@ use stosszahl_model::{
     Clusters, Constant, Free, PerPair, Plane, Polydisperse, Restitution, Scene, Sizes, Smooth,
     Space, Species, SpeciesProperties, Vector, Viscoelastic, Volume,
 };
+use stosszahl_theory::{Component, ContactValues, CoolingState, MaxwellianMixture};
 
 type Of<S, R, Z> = Scene<S, Smooth, R, Z, Free>;
 
@@ -388,13 +388,9 @@ fn haff<S: Space>(space: S) {
         diameter: 1.0,
         density,
     };
-    let mixture = MaxwellianMixture::new(
-        S::DIMENSION,
-        vec![one],
-        constant(r),
-        theory::ContactValues::Enskog,
-    )
-    .expect("a gas");
+    let mixture =
+        MaxwellianMixture::new(S::DIMENSION, vec![one], constant(r), ContactValues::Enskog)
+            .expect("a gas");
     let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     let a2 = stosszahl_model::kinetic::fourth_cumulant(S::DIMENSION, r);
     let error = (2.0 / (d * count as f64)).sqrt();
@@ -495,8 +491,8 @@ fn mixture_case<R: Restitution>(parts: &[SpeciesProperties], law: R, orders: usi
             density: kind.count as f64 / volume,
         })
         .collect();
-    let mixture = MaxwellianMixture::new(3, components, law, theory::ContactValues::Dilute)
-        .expect("a mixture");
+    let mixture =
+        MaxwellianMixture::new(3, components, law, ContactValues::Dilute).expect("a mixture");
     let (times, start) = ([1.0, 10.0, 100.0], vec![1.0; parts.len()]);
     let curves = |orders| mixture.expand(orders, &start, &times).expect("smooth");
     for (curve, below) in curves(orders).into_iter().zip(curves(orders - 1)) {
@@ -551,13 +547,9 @@ fn tracers_follow_the_tracer_limit() {
         diameter: mass.cbrt(),
         density,
     });
-    let mixture = MaxwellianMixture::new(
-        3,
-        components.to_vec(),
-        constant(0.9),
-        theory::ContactValues::Dilute,
-    )
-    .expect("a mixture");
+    let mixture =
+        MaxwellianMixture::new(3, components.to_vec(), constant(0.9), ContactValues::Dilute)
+            .expect("a mixture");
     let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     let gas = HomogeneousGas::maxwellian(
         scene(Volume, constant(0.9), species),

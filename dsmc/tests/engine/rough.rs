@@ -1,6 +1,5 @@
 //! Rough particles in cells: cooling against the two-temperature theory.
 
-use stosszahl_analysis::theory::{RoughGas, Temperatures};
 use stosszahl_dsmc::{
     BoundaryConditions, DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme,
     Simulator, SimulatorStart, Tracked,
@@ -10,6 +9,7 @@ use stosszahl_model::{
     Domain, ParticleModel, ParticleState, Plane, Rough, Space, State, Surface, Vector, VectorOf,
     Volume, initial,
 };
+use stosszahl_theory::{RoughGas, Temperatures};
 
 use crate::support::{Grains, grains, no_gravity};
 

@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use std::{iter, slice};
 
-use stosszahl_analysis::theory;
 use stosszahl_case::format::{EnergyPart, FirstTest, SelectionSpec};
 use stosszahl_dsmc::homogeneous::{
     AggregationRule, EnergyLimit, EnergyLoss, HomogeneousSettings, PairCorrelationFactor,
@@ -17,6 +16,7 @@ use stosszahl_dsmc::{
 use stosszahl_ed::DissipationRule;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
+use stosszahl_theory::ContactValues;
 
 use crate::measure::Needs;
 use crate::measures;
@@ -307,8 +307,8 @@ fn made(
                 count: plan.count(),
                 volume: plan.gas.volume,
                 contact: match plan.contact() {
-                    theory::ContactValues::Dilute => PairCorrelationFactor::Dilute,
-                    theory::ContactValues::Enskog => PairCorrelationFactor::Enskog,
+                    ContactValues::Dilute => PairCorrelationFactor::Dilute,
+                    ContactValues::Enskog => PairCorrelationFactor::Enskog,
                 },
                 temperatures: &temperatures,
                 velocities: plan.gas.velocities,

@@ -10,9 +10,9 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_analysis::theory::CoolingFactors;
 use stosszahl_model::kinetic;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
+use stosszahl_theory::CoolingFactors;
 
 use super::data::{DataMaker, DataTable, Made, text as csv_text};
 use super::results::{FinishedRun, KeyCondition, MeasuredNumber, ResultRow};

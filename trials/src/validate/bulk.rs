@@ -1,8 +1,8 @@
 //! Bulk viscosity of elastic disks at short lags, over Enskog's, against the result of three disks.
 
 use stosszahl_analysis::helfand::Helfand;
-use stosszahl_analysis::theory::ElasticDisks;
 use stosszahl_model::{Budget, Collision, Observer, kinetic};
+use stosszahl_theory::ElasticDisks;
 
 use super::gas::{exact, start};
 use super::over_seeds;

@@ -1,7 +1,7 @@
 //! Gas of 48 disks that cools homogeneously, and theory of it: shear modes cannot grow in its box.
 
-use stosszahl_analysis::theory::{Component, ContactValues, MaxwellianMixture, TheoryError};
 use stosszahl_model::{Constant, kinetic};
+use stosszahl_theory::{Component, ContactValues, MaxwellianMixture, TheoryError};
 
 /// Packing fraction of the gas.
 pub(super) const PACKING: f64 = 0.25;

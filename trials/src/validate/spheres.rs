@@ -2,13 +2,13 @@
 
 use std::time::Instant;
 
-use stosszahl_analysis::theory::{
-    Component, ContactValues as TheoryContact, CoolingState, MaxwellianMixture,
-};
 use stosszahl_dsmc::homogeneous::{
     AliasTableSelection, HomogeneousEngine, PairCorrelationFactor, moments,
 };
 use stosszahl_model::{Plane, Space, Volume};
+use stosszahl_theory::{
+    Component, ContactValues as TheoryContact, CoolingState, MaxwellianMixture,
+};
 
 use super::over_seeds;
 use crate::bench::{BenchMixture, BenchWork as _, CountRounding, SelectionArgument};

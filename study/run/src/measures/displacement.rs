@@ -2,9 +2,9 @@
 //! it applies.
 
 use serde::Deserialize;
-use stosszahl_analysis::theory::Moment;
 use stosszahl_model::kinetic;
 use stosszahl_results::{Figure, FigureAxis, Table, table};
+use stosszahl_theory::Moment;
 
 use super::{grid, mean_over_replicas};
 use crate::measure::{

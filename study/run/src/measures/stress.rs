@@ -7,9 +7,9 @@ use serde::Deserialize;
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_analysis::statistics::RunningMoments as Spread;
 use stosszahl_analysis::stress::{StressIntegrals, StressRecorder, kinetic_stress};
-use stosszahl_analysis::theory::UniformShear;
 use stosszahl_model::Observer;
 use stosszahl_results::{Table, TableEstimate, table};
+use stosszahl_theory::UniformShear;
 
 use super::mean_over_replicas;
 use crate::measure::{

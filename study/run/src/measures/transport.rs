@@ -3,9 +3,9 @@
 
 use serde::Deserialize;
 use stosszahl_analysis::helfand::{Correlations, Helfand, HelfandMoments};
-use stosszahl_analysis::theory::ElasticDisks;
 use stosszahl_model::{Collision, Observer, format_short};
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, VerdictText, table};
+use stosszahl_theory::ElasticDisks;
 
 use super::mean_over_replicas;
 use crate::judge::{Comparison, DifferenceUnit, Finding, VerdictRule, interval_of, title};

@@ -1,8 +1,8 @@
 //! Thermal bath in the plan of a case: engine parameters, steady state in theory, and warnings.
 
-use stosszahl_analysis::theory::BathState;
 use stosszahl_case::format::ThermostatKind;
 use stosszahl_model::{Bath, InvalidValue, transport};
+use stosszahl_theory::BathState;
 
 use crate::words::short;
 

@@ -7,13 +7,13 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stosszahl_analysis::theory::{Moment, Temperatures, TheoryError};
 use stosszahl_case::Case;
 use stosszahl_case::format::{FaceSpec, SelectionSpec, TimeUnit};
 use stosszahl_dsmc::homogeneous::HomogeneousError;
 use stosszahl_dsmc::{SimulatorWeights, WallClearance};
 use stosszahl_model::initial::{StartFile, VelocityDistribution};
 use stosszahl_model::{Failure, Grouping, Law, MessageUnits, ParticleSpec, SizeDistribution};
+use stosszahl_theory::{Moment, Temperatures, TheoryError};
 
 use crate::theory::homogeneous::TheoryCurves;
 

@@ -1,11 +1,11 @@
 //! Kinetic theory of a case in its plan: collision rates, Haff's law, steady states and expected
 //! collisions.
 
-use stosszahl_analysis::theory::{
-    Component, ContactValues, MaxwellianMixture, Moment, TheoryError, UniformShear, delta_model,
-};
 use stosszahl_case::format::{PairCorrelationSpec, TimeUnit, VelocitiesSpec};
 use stosszahl_model::{Law, Restitution as _, Space as _, Volume, kinetic};
+use stosszahl_theory::{
+    Component, ContactValues, MaxwellianMixture, Moment, TheoryError, UniformShear, delta_model,
+};
 
 use super::data::{CasePlan, PlanError, SizeGroup, in_space};
 

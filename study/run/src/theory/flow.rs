@@ -1,10 +1,10 @@
 //! Theory of flows with a closed form, such as a settled column. All numbers are in engine units.
 
-use stosszahl_analysis::theory::rough::{RoughGas, Temperatures};
-use stosszahl_analysis::theory::sonine::MOST_ROUGH_ORDERS;
-use stosszahl_analysis::theory::{BarometricColumn, Layer, TheoryError};
 use stosszahl_case::format::{FaceSpec, FaceWord, WallSpec, WallsActOn};
 use stosszahl_model::Space as _;
+use stosszahl_theory::rough::{RoughGas, Temperatures};
+use stosszahl_theory::sonine::MOST_ROUGH_ORDERS;
+use stosszahl_theory::{BarometricColumn, Layer, TheoryError};
 
 use crate::plan::{CasePlan, EngineKind, EnginePlan, SpeciesPlan, in_space};
 

@@ -3,10 +3,10 @@
 
 use std::ops::Range;
 
-use stosszahl_analysis::theory::{CoolingState, MaxwellianMixture, Moment, TheoryError};
 use stosszahl_case::format::VelocitiesSpec;
 use stosszahl_model::kinetic;
 use stosszahl_model::{InvalidValue, Law};
+use stosszahl_theory::{CoolingState, MaxwellianMixture, Moment, TheoryError};
 
 use crate::plan::CasePlan;
 

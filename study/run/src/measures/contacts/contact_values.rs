@@ -2,8 +2,8 @@
 //! pairs.
 
 use stosszahl_analysis::contact_value::{Flux, FluxWindow, number_of_pairs, separation_factor};
-use stosszahl_analysis::theory::contact;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
+use stosszahl_theory::contact;
 
 use super::{Observed, Record, ratio};
 use crate::measure::ReplicaRecords;

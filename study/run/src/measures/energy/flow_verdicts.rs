@@ -1,8 +1,8 @@
 //! Verdicts on flows and on rough gases: engines against each other, conserved energy, the theory of
 //! two temperatures, and the column that settles in gravity.
 
-use stosszahl_analysis::theory::{BarometricColumn, TheoryError, rough::Temperatures};
 use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
+use stosszahl_theory::{BarometricColumn, TheoryError, rough::Temperatures};
 
 use super::super::gas_series::{self, GasSample, GasSeries, SpeciesSums, shortest};
 use super::super::mean_over_replicas;

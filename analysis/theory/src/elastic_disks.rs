@@ -78,7 +78,7 @@ impl ElasticDisks {
     /// Computes the shear viscosity \[sqrt(m T)/d\] in Enskog theory.
     ///
     /// ```
-    /// use stosszahl_analysis::theory::ElasticDisks;
+    /// use stosszahl_theory::ElasticDisks;
     ///
     /// let dilute = ElasticDisks { packing_fraction: 0.0, contact_value: 1.0 };
     /// let known = 1.022 * 0.5 / std::f64::consts::PI.sqrt();

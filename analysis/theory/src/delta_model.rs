@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 /// to 3 % for r from 0.95 to 0.7.
 ///
 /// ```
-/// use stosszahl_analysis::theory::delta_model::maxwellian_temperature;
+/// use stosszahl_theory::delta_model::maxwellian_temperature;
 /// let found = maxwellian_temperature(0.9).expect("a steady state");
 /// assert!((found - 80.67).abs() < 5e-3);
 /// assert_eq!(maxwellian_temperature(1.0), None);

@@ -19,7 +19,7 @@
 /// Mech.* (2013) P07013, doi:10.1088/1742-5468/2013/07/P07013).
 ///
 /// ```
-/// use stosszahl_analysis::theory::BathState;
+/// use stosszahl_theory::BathState;
 /// // An elastic gas takes the temperature of its bath.
 /// let state = BathState::new(2, 1.0, 0.0, 0.3, 2.0 * 0.3 * 1.5).expect("a steady state");
 /// assert!((state.temperature - 1.5).abs() < 1e-12 && state.fourth_cumulant == 0.0);

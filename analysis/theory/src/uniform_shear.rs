@@ -22,7 +22,7 @@ use super::integrate::{Integrator, Tolerance};
 /// Uniform shear flow of equal smooth particles in D dimensions.
 ///
 /// ```
-/// use stosszahl_analysis::theory::UniformShear;
+/// use stosszahl_theory::UniformShear;
 ///
 /// let flow = UniformShear::new(2, 0.8);
 /// assert!((flow.reduced_rate() - 0.4749).abs() < 1e-4);

@@ -196,7 +196,7 @@ pub(super) mod tests {
     use super::*;
     use stosszahl_model::{Plane, Volume};
 
-    pub(in crate::theory) fn gas<S: Space>(restitution: f64, beta: f64) -> RoughGas {
+    pub(crate) fn gas<S: Space>(restitution: f64, beta: f64) -> RoughGas {
         let surface = Rough::new(beta, S::INERTIA).expect("a surface");
         RoughGas::new::<S>(restitution, surface, 0.1, 1.0, 1.0, 1.0).expect("a gas")
     }

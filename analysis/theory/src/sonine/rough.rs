@@ -226,8 +226,8 @@ impl RoughGas {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::theory::rough::tests::gas;
-    use crate::theory::{Component, ContactValues, MaxwellianMixture};
+    use crate::rough::tests::gas;
+    use crate::{Component, ContactValues, MaxwellianMixture};
     use stosszahl_model::{Constant, Plane, Space, Volume};
 
     const START: Temperatures = Temperatures {
