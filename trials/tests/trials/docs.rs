@@ -4,15 +4,20 @@
 use std::fs;
 use std::path::Path;
 
+use stosszahl_results::FinishedPoints;
 use stosszahl_trials::TrialError;
 use stosszahl_trials::docs::{
-    self, DATA, DataMaker, DocsEntry, ENTRIES, EntrySource, FinishedRun, Head, ROOT,
-    ROWS_OF_A_PAGE, block_names, find_block, generated_rows, is_open, outside, pages, replace,
-    stale, stale_typed, strays, unfounded,
+    self, DATA, DataMaker, DocsEntry, ENTRIES, EntrySource, Head, ROOT, ROWS_OF_A_PAGE,
+    block_names, find_block, generated_rows, is_open, outside, pages, replace, stale, stale_typed,
+    strays, unfounded,
 };
 
 /// Lists the differences between a block, or its file, and results.
-fn faults(page: &str, entry: &DocsEntry, results: &FinishedRun) -> Result<Vec<String>, TrialError> {
+fn faults(
+    page: &str,
+    entry: &DocsEntry,
+    results: &FinishedPoints,
+) -> Result<Vec<String>, TrialError> {
     docs::faults(Path::new(ROOT), page, entry, results)
 }
 
@@ -160,7 +165,7 @@ fn a_planted_number_is_found() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = |name: &str| {
         let set = ["gas.number=60", "replicas=3"].map(str::to_owned);
-        let done = FinishedRun::run_case(case, &set, &folder.path().join(name), false, "c0ffee");
+        let done = docs::run_bundled(case, &set, &folder.path().join(name), false, "c0ffee");
         let (results, commit) = done.expect("a run");
         assert_eq!(commit, "c0ffee");
         results

@@ -1,7 +1,10 @@
 //! Hard cases of `stosszahl-trials stress` in their short form.
 
 use std::collections::BTreeSet;
+use std::num::NonZero;
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use stosszahl_trials::{Effort, TrialRow, stress};
 
@@ -57,128 +60,52 @@ fn command_runs_lists_and_refuses() {
     assert!(json.contains("\"name\": \"angular-momentum\""), "{json}");
 }
 
-/// Defines a test for each case of an engine, and a test that none is left out.
-macro_rules! short_cases {
-    ($engine:ident, $cases:path, $($test:ident: $name:literal,)+) => {
-        mod $engine {
-            $(#[test]
-            fn $test() {
-                let trials = $cases();
-                let trial = trials.iter().find(|trial| trial.name == $name);
-                let trial = trial.expect("a trial of this name");
-                let report = trial.run_trial(&super::Effort::default());
-                println!("{report}");
-                assert!(report.passed(), "{report}");
-            })+
-
-            #[test]
-            fn every_case_has_a_test() {
-                let mut tested = vec![$($name),+];
-                let mut known: Vec<_> = $cases().iter().map(|case| case.name).collect();
-                tested.sort_unstable();
-                known.sort_unstable();
-                assert_eq!(tested, known);
-            }
+/// Runs the short form of all cases of an engine, side by side on all cores.
+fn check_cases(cases: &[TrialRow]) {
+    let names: BTreeSet<_> = cases.iter().map(|case| case.name).collect();
+    assert_eq!(names.len(), cases.len(), "the command line selects by name");
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let report = case.run_trial(&Effort::default());
+            assert!(report.passed(), "{report}");
         }
     };
-}
-
-short_cases! {
-    event_driven, super::stress::event_driven,
-    line_below: "line-below",
-    line_above: "line-above",
-    dense_collapse: "dense-collapse",
-    crystal_0_90: "crystal-0.90",
-    crystal_0_9068: "crystal-0.9068",
-    lattice_ties: "lattice-ties",
-    cradle: "cradle",
-    triple: "triple",
-    grazing: "grazing",
-    touching: "touching",
-    overlapping: "overlapping",
-    resting: "resting",
-    drifting: "drifting",
-    elastic_run: "elastic-run",
-    cooling: "cooling",
-    plastic: "plastic",
-    viscoelastic: "viscoelastic",
-    contact_times: "contact-times",
-    one_moves: "one-moves",
-    rest: "rest",
-    small_boxes: "small-boxes",
-    wedge: "wedge",
-    long_box: "long-box",
-    borders: "borders",
-    ratios: "ratios",
-    one_huge: "one-huge",
-    kills: "kills",
-    speeds: "speeds",
-    subnormal: "subnormal",
-    no_numbers: "no-numbers",
-    lonely_mover: "lonely-mover",
-}
-
-short_cases! {
-    monte_carlo, super::stress::monte_carlo,
-    crowded: "crowded",
-    packed: "packed",
-    one_point: "one-point",
-    contrast: "contrast",
-    few: "few",
-    violations: "violations",
-    long_step: "long-step",
-    hot_one: "hot-one",
-    plastic: "plastic",
-    deep_cooling: "deep-cooling",
-    free_flight: "free-flight",
-    threads: "threads",
-    kills: "kills",
-    conservation: "conservation",
-    angular_momentum: "angular-momentum",
-}
-
-short_cases! {
-    between_walls, super::stress::walls,
-    sharp_corner: "sharp-corner",
-    grain_in_a_wedge: "grain-in-a-wedge",
-    floor: "floor",
-    grazing_walls: "grazing-walls",
-    fast_wall: "fast-wall",
-    inside_an_obstacle: "inside-an-obstacle",
-    empty_channel: "empty-channel",
-    supersonic_inflow: "supersonic-inflow",
+    let workers = thread::available_parallelism().map_or(1, NonZero::get);
+    thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(work);
+        }
+    });
 }
 
 #[test]
-fn hard_cases_of_mixtures_hold() {
-    for case in stress::mixtures() {
-        let report = case.run_trial(&Effort::default());
-        assert!(report.passed(), "{report}");
-    }
+fn hard_cases_of_exact_disks_hold() {
+    check_cases(&stress::event_driven());
 }
 
-fn engines() -> [Vec<TrialRow>; 3] {
-    [
-        stress::event_driven(),
-        stress::monte_carlo(),
-        stress::walls(),
-    ]
-}
-
-/// Names of cases are unique, because the command line selects by name.
 #[test]
-fn names_differ() {
-    for cases in engines() {
-        let names: BTreeSet<_> = cases.iter().map(|case| case.name).collect();
-        assert_eq!(names.len(), cases.len());
-    }
+fn hard_cases_of_cells_hold() {
+    check_cases(&stress::monte_carlo());
+}
+
+#[test]
+fn hard_cases_without_positions_and_at_walls_hold() {
+    check_cases(&stress::mixtures());
+    check_cases(&stress::walls());
 }
 
 /// The table of `docs/development/stress.md` has all cases.
 #[test]
 fn every_case_is_documented() {
     let page = include_str!("../../../docs/development/stress.md");
-    for case in engines().concat() {
+    for case in [
+        stress::event_driven(),
+        stress::monte_carlo(),
+        stress::walls(),
+    ]
+    .concat()
+    {
         let row = format!("| `{}` | {} | {} |", case.name, case.tried, case.required);
         assert!(
             page.contains(&row),
