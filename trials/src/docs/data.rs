@@ -3,14 +3,12 @@
 //! A long table is a file `docs/data/NAME.csv`. The text on the page is a function of that file
 //! alone, so a check finds a page and a file that are not of one run, however long that run was.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
-use stosszahl_results::{FinishedPoints, Role, Table, TableCell};
+use stosszahl_results::{FinishedPoints, Table};
 
 use super::accuracy;
 use super::block::find_block;
-use super::compare::differences;
 use super::entries::ENTRIES;
 use crate::{TrialError, table};
 
@@ -142,32 +140,6 @@ pub fn unfounded(root: &Path, page: &str, name: &str) -> Vec<String> {
     }
 }
 
-/// Lists the differences between the file of a block and a table: numbers with a standard error
-/// within their errors, everything else exactly.
-pub(super) fn moved(root: &Path, name: &str, made: &Table) -> Result<Vec<String>, TrialError> {
-    let there = read_table(root, name)?.map_or(String::new(), |(_, table)| words(&table));
-    Ok(differences(&there, &words(made)))
-}
-
-/// Formats the cells of a table in words, a value and its standard error as `a ± b`.
-fn words(table: &Table) -> String {
-    let mut all = String::new();
-    for row in &table.rows {
-        for (cell, column) in row.iter().zip(&table.columns) {
-            let has_error = column.role == Role::StandardError && *cell != TableCell::Empty;
-            all.push_str(if has_error { " ± " } else { " " });
-            // Writing to a string cannot fail. In a file the last digit is no rounding.
-            let _ = match cell {
-                TableCell::Text(text) => write!(all, "{text}"),
-                TableCell::Number(number) => write!(all, "{number:.20}"),
-                TableCell::Count(count) => write!(all, "{count}"),
-                TableCell::Empty => write!(all, "-"),
-            };
-        }
-    }
-    all
-}
-
 /// Counts the rows of all tables in the blocks of a page; rows of a block inside another count
 /// once.
 pub fn generated_rows(page: &str) -> usize {
@@ -185,36 +157,4 @@ pub fn generated_rows(page: &str) -> usize {
         }
     }
     rows
-}
-
-#[cfg(test)]
-mod tests {
-    use std::fs;
-
-    use super::*;
-    use crate::table::{RowPlace, estimate};
-
-    #[test]
-    fn a_file_agrees_within_errors() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let root = folder.path();
-        let rows = |part, found| {
-            let place = RowPlace::new(part, "scheme", "setting", 0.25, 1.0);
-            table::table(&[place.row("rate", 1.0, estimate(found, 0.01), None)])
-        };
-        fs::create_dir_all(root.join(FOLDER)).expect("a folder");
-        let made = claims_block(&rows("elastic", 1.0)).expect("a table");
-        for (file, content) in &made.files {
-            fs::write(root.join(file), content).expect("a file");
-        }
-        let faults = |part, found| {
-            let found = moved(root, "validation", &rows(part, found));
-            found.expect("a file").len()
-        };
-        assert_eq!(faults("elastic", 1.0), 0);
-        // 5.7 errors of the difference are 0.081.
-        assert_eq!(faults("elastic", 1.05), 0);
-        assert_eq!(faults("elastic", 1.1), 1);
-        assert_eq!(faults("cooling", 1.0), 1);
-    }
 }

@@ -10,8 +10,7 @@
 //! shows nothing yet is named but is no fault.
 //!
 //! A long table is a file `docs/data/NAME.csv`. The block then has counts, what differs and a link
-//! ([`DataTable`]). A check makes that text again from the file. Of cheap entries it also compares
-//! the file with the numbers that are found.
+//! ([`DataTable`]). A check makes that text again from the file.
 
 mod accuracy;
 mod block;
@@ -245,7 +244,7 @@ fn check_block(root: &Path, entry: &DocsEntry) -> Result<Vec<String>, TrialError
         return Ok(stale);
     }
     let (results, _) = run_entry(root, entry, false)?;
-    faults(root, &text, entry, &results)
+    faults(&text, entry, &results)
 }
 
 /// Lists the faults of the block of an entry in a page that new results cannot cure; empty if there
@@ -264,23 +263,18 @@ pub fn stale(page: &str, entry: &DocsEntry) -> Vec<String> {
     unnamed.chain(outdated(&block.head, &now)).collect()
 }
 
-/// Lists the differences between the block of an entry in a page, or its file, and results.
+/// Lists the differences between the block of an entry in a page and results: numbers with a
+/// standard error within their errors, everything else exactly.
 ///
 /// # Errors
-/// The results lack a number that the block shows, or its file cannot be read.
+/// The results lack a number that the block shows.
 pub fn faults(
-    root: &Path,
     page: &str,
     entry: &DocsEntry,
     results: &FinishedPoints,
 ) -> Result<Vec<String>, TrialError> {
-    match &entry.make {
-        DataMaker::Text(make) => {
-            let there = find_block(page, entry.name).map_or(String::new(), |block| block.text);
-            Ok(differences(&there, &make(results)?.text))
-        }
-        DataMaker::Data { table, .. } => data::moved(root, entry.name, &table(results)?),
-    }
+    let there = find_block(page, entry.name).map_or(String::new(), |block| block.text);
+    Ok(differences(&there, &entry.made(results)?.text))
 }
 
 /// Lists the files of tables that belong to none of these blocks.

@@ -17,7 +17,7 @@ pub mod contact;
 mod convergence;
 mod cooling;
 mod elastic;
-pub mod exact;
+mod exact;
 mod gas;
 pub mod schemes;
 mod small_gas;

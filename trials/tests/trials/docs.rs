@@ -4,22 +4,11 @@
 use std::fs;
 use std::path::Path;
 
-use stosszahl_results::FinishedPoints;
-use stosszahl_trials::TrialError;
 use stosszahl_trials::docs::{
-    self, DATA, DataMaker, DocsEntry, ENTRIES, EntrySource, Head, ROOT, ROWS_OF_A_PAGE,
-    block_names, find_block, generated_rows, is_open, outside, pages, replace, stale, stale_typed,
-    strays, unfounded,
+    self, DATA, DataMaker, ENTRIES, EntrySource, Head, ROOT, ROWS_OF_A_PAGE, block_names, faults,
+    find_block, generated_rows, is_open, outside, pages, replace, stale, stale_typed, strays,
+    unfounded,
 };
-
-/// Lists the differences between a block, or its file, and results.
-fn faults(
-    page: &str,
-    entry: &DocsEntry,
-    results: &FinishedPoints,
-) -> Result<Vec<String>, TrialError> {
-    docs::faults(Path::new(ROOT), page, entry, results)
-}
 
 fn read(file: &str) -> String {
     fs::read_to_string(Path::new(ROOT).join(file)).expect("a page")
