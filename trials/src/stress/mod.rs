@@ -6,8 +6,8 @@
 //! checkpoints.
 //!
 //! ```
-//! use stosszahl_trials::{Effort, stress};
-//! let rest = stress::event_driven().into_iter().find(|trial| trial.name == "rest");
+//! use stosszahl_trials::{Effort, stress::StressEngine};
+//! let rest = StressEngine::Ed.cases().into_iter().find(|trial| trial.name == "rest");
 //! let report = rest.expect("a trial of this name").run_trial(&Effort::default());
 //! assert!(report.passed(), "{report}");
 //! ```
@@ -74,55 +74,45 @@ pub struct StressCases {
     pub collisions: Option<u64>,
 }
 
-/// Returns all trials of the event-driven engine, in the order in which they are run.
-pub fn event_driven() -> Vec<TrialRow> {
-    [
-        collapse::TRIALS,
-        ties::TRIALS,
-        contacts::TRIALS,
-        long::TRIALS,
-        still::TRIALS,
-        boxes::TRIALS,
-        // Last, as one of them may leave a busy thread behind.
-        extremes::TRIALS,
-    ]
-    .concat()
-}
-
-/// Returns all trials of Monte Carlo in cells.
-pub fn monte_carlo() -> Vec<TrialRow> {
-    [
-        crowds::TRIALS,
-        steps::TRIALS,
-        flight::TRIALS,
-        conserved::TRIALS,
-    ]
-    .concat()
-}
-
-/// Returns all trials of gases without positions.
-pub fn mixtures() -> Vec<TrialRow> {
-    homogeneous::TRIALS.to_vec()
-}
-
-/// Returns all trials of obstacles and openings, for both engines.
-pub fn walls() -> Vec<TrialRow> {
-    walls::TRIALS.to_vec()
+impl StressEngine {
+    /// Returns all trials of the engine, in the order in which they are run.
+    pub fn cases(self) -> Vec<TrialRow> {
+        let parts: &[&[TrialRow]] = match self {
+            Self::Ed => &[
+                collapse::TRIALS,
+                ties::TRIALS,
+                contacts::TRIALS,
+                long::TRIALS,
+                still::TRIALS,
+                boxes::TRIALS,
+                // Last, as one of them may leave a busy thread behind.
+                extremes::TRIALS,
+            ],
+            Self::Dsmc => &[
+                crowds::TRIALS,
+                steps::TRIALS,
+                flight::TRIALS,
+                conserved::TRIALS,
+            ],
+            Self::Mixture => &[homogeneous::TRIALS],
+            Self::Walls => &[walls::TRIALS],
+        };
+        parts.concat()
+    }
 }
 
 /// Runs the requested trials, one after the other, and prints the findings.
 pub(crate) fn command(asked: &StressCases) -> Done {
-    let all = match asked.engine {
-        StressEngine::Ed => event_driven(),
-        StressEngine::Dsmc => monte_carlo(),
-        StressEngine::Mixture => mixtures(),
-        StressEngine::Walls => walls(),
-    };
     if asked.collisions.is_some() && asked.engine != StressEngine::Ed {
         let text = "--collisions: allowed only for exact disks, stress ed";
         return Err(TrialError::refused(text));
     }
-    let chosen = chosen(&all, |trial| trial.name, "case", &asked.case)?;
+    let chosen = chosen(
+        &asked.engine.cases(),
+        |trial| trial.name,
+        "case",
+        &asked.case,
+    )?;
     if asked.list {
         for trial in chosen {
             let (name, tried, required) = (trial.name, trial.tried, trial.required);

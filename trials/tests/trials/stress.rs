@@ -1,12 +1,10 @@
 //! Hard cases of `stosszahl-trials stress` in their short form.
 
 use std::collections::BTreeSet;
-use std::num::NonZero;
 use std::process::Command;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
-use stosszahl_trials::{Effort, TrialRow, stress};
+use stosszahl_trials::Effort;
+use stosszahl_trials::stress::StressEngine;
 
 /// Runs `stosszahl-trials stress`; returns standard output, standard error and the exit code.
 fn program(engine: &str, arguments: &[&str]) -> (String, String, Option<i32>) {
@@ -39,7 +37,8 @@ fn command_runs_lists_and_refuses() {
     );
     let (list, _, _) = program("ed", &["--list"]);
     assert!(
-        stress::event_driven()
+        StressEngine::Ed
+            .cases()
             .iter()
             .all(|trial| list.contains(trial.required))
     );
@@ -50,7 +49,7 @@ fn command_runs_lists_and_refuses() {
         "{error}"
     );
     let (list, _, _) = program("dsmc", &["--list"]);
-    let known = stress::monte_carlo();
+    let known = StressEngine::Dsmc.cases();
     assert!(known.iter().all(|case| list.contains(case.required)));
     let (_, error, code) = program("dsmc", &["--case", "grazing"]);
     assert_eq!(code, Some(2));
@@ -60,52 +59,46 @@ fn command_runs_lists_and_refuses() {
     assert!(json.contains("\"name\": \"angular-momentum\""), "{json}");
 }
 
-/// Runs the short form of all cases of an engine, side by side on all cores.
-fn check_cases(cases: &[TrialRow]) {
-    let names: BTreeSet<_> = cases.iter().map(|case| case.name).collect();
-    assert_eq!(names.len(), cases.len(), "the command line selects by name");
-    let next = AtomicUsize::new(0);
-    let work = || {
-        while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let report = case.run_trial(&Effort::default());
-            assert!(report.passed(), "{report}");
-        }
-    };
-    let workers = thread::available_parallelism().map_or(1, NonZero::get);
-    thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(work);
-        }
-    });
+/// Runs the short form of all cases of an engine.
+fn check_cases(engine: StressEngine) {
+    let mut names = BTreeSet::new();
+    for case in engine.cases() {
+        assert!(
+            names.insert(case.name),
+            "{}: two cases of a name",
+            case.name
+        );
+        let report = case.run_trial(&Effort::default());
+        assert!(report.passed(), "{report}");
+    }
 }
 
 #[test]
 fn hard_cases_of_exact_disks_hold() {
-    check_cases(&stress::event_driven());
+    check_cases(StressEngine::Ed);
 }
 
 #[test]
 fn hard_cases_of_cells_hold() {
-    check_cases(&stress::monte_carlo());
+    check_cases(StressEngine::Dsmc);
 }
 
 #[test]
-fn hard_cases_without_positions_and_at_walls_hold() {
-    check_cases(&stress::mixtures());
-    check_cases(&stress::walls());
+fn hard_cases_without_positions_hold() {
+    check_cases(StressEngine::Mixture);
+}
+
+#[test]
+fn hard_cases_of_boundaries_hold() {
+    check_cases(StressEngine::Walls);
 }
 
 /// The table of `docs/development/stress.md` has all cases.
 #[test]
 fn every_case_is_documented() {
     let page = include_str!("../../../docs/development/stress.md");
-    for case in [
-        stress::event_driven(),
-        stress::monte_carlo(),
-        stress::walls(),
-    ]
-    .concat()
-    {
+    let engines = [StressEngine::Ed, StressEngine::Dsmc, StressEngine::Walls];
+    for case in engines.map(StressEngine::cases).concat() {
         let row = format!("| `{}` | {} | {} |", case.name, case.tried, case.required);
         assert!(
             page.contains(&row),
