@@ -293,7 +293,7 @@ fn planted_slope(log: &mut TrialLog) -> Done {
 }
 
 /// Runs a case with a seed into a folder, which it replaces.
-fn run_text(text: &str, seed: usize, folder: &Path) -> Result<RunSummary, TrialError> {
+fn run_case_text(text: &str, seed: usize, folder: &Path) -> Result<RunSummary, TrialError> {
     let set = [format!("seed={seed}")];
     let file = stosszahl_study::format().from_text(Path::new("case.toml"), text, &set)?;
     let (out, stop) = (folder.join("case"), Interrupt::default());
@@ -337,7 +337,7 @@ fn elastic(log: &mut TrialLog) -> Done {
     let mut families: BTreeMap<String, usize> = BTreeMap::new();
     let (mut any, mut verdicts) = (0, 0);
     for seed in 0..cases {
-        let summary = run_text(ELASTIC, seed, folder.path())?;
+        let summary = run_case_text(ELASTIC, seed, folder.path())?;
         let mut rings = false;
         for verdict in &summary.points[0].verdicts {
             verdicts += 1;

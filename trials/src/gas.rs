@@ -169,7 +169,7 @@ pub(crate) fn scattered(
 ///
 /// # Errors
 /// [`PlacementError`](initial::PlacementError) if one finds no place.
-pub(crate) fn placed<Z: Sizes>(
+pub(crate) fn random_places<Z: Sizes>(
     sizes: &Z,
     count: usize,
     domain: &Domain<Plane>,

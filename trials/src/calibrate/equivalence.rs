@@ -14,7 +14,7 @@ use stosszahl_results::{
 };
 use stosszahl_study::judge::{self, ImpactTest, VerdictRule};
 
-use super::{LEVEL, empty_window, highest_rate, judge_energies, run_text};
+use super::{LEVEL, empty_window, highest_rate, judge_energies, run_case_text};
 use crate::table::mean;
 use crate::{Done, TrialError, TrialLog};
 
@@ -109,7 +109,7 @@ fn pools(
     let folder = tempfile::tempdir()?;
     let mut pools: Vec<Pool> = Vec::new();
     for seed in 0..count {
-        let summary = run_text(text, 1000 + seed, folder.path())?;
+        let summary = run_case_text(text, 1000 + seed, folder.path())?;
         let stored = Stored::read(&summary.folder)?;
         let stored = stored.ok_or_else(|| TrialError::failed("no results"))?;
         for engine in &stored.manifest.engines {

@@ -2,7 +2,7 @@
 
 use stosszahl_results::{Table, TableRow};
 
-use super::tables::markdown;
+use super::tables::markdown_table;
 use crate::TrialError;
 use crate::table::numbers;
 
@@ -35,7 +35,7 @@ pub(super) fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
         Ok(cells)
     });
     let header = "part | pass | fail | unresolved | measured | claim closest to its tolerance";
-    let text = markdown(header, lines)?;
+    let text = markdown_table(header, lines)?;
     let [pass, fail, unresolved, measured] = all;
     Ok(format!(
         "{text}\n{} claims: {pass} pass, {fail} fail, {unresolved} unresolved; {measured} rows are measured and claim nothing. \

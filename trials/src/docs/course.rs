@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use stosszahl_results::{FinishedPoints, Table, TableRow, table};
 
 use super::data::{DataMaker, DataTable};
-use super::results::{At, Is, shown};
+use super::results::{At, Is, number_text};
 use super::tables::{energy_ratio, exact_energy, of_window};
 use crate::TrialError;
 
@@ -102,7 +102,7 @@ fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
     }
     let at = |row: &TableRow<'_>| -> Result<String, TrialError> {
         let (found, time) = (row.measured("value")?, row.number("start")?);
-        Ok(format!("{} at t/t0 = {time}", shown(found)))
+        Ok(format!("{} at t/t0 = {time}", number_text(found)))
     };
     let haff = rows_of("energy_over_haff", "ed")?;
     let mut text = format!(
@@ -122,7 +122,7 @@ fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
                     ("start", At(start)),
                     ("end", At(end)),
                 ])?;
-                Ok(shown(rows[0].measured("value")?))
+                Ok(number_text(rows[0].measured("value")?))
             };
             let (cooling, slope) = (own("dissipation_ratio")?, own("slope")?);
             parts.push(format!("{words} {cooling} and {slope}"));

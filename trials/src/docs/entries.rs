@@ -7,8 +7,8 @@ use stosszahl_results::{Figure, FinishedPoints, ReferenceLine, Table};
 
 use super::course::{BROKEN_CHAOS, FACTORS, UNBIASED};
 use super::data::{DataMaker, Made};
-use super::results::{Is, OF_EXACT, shown};
-use super::tables::{against, energy_ratio, markdown, of_window, row_of};
+use super::results::{Is, OF_EXACT, number_text};
+use super::tables::{against, energy_ratio, markdown_table, measured_cells, of_window};
 use super::verdicts::VERDICTS;
 use super::{gases, map, papers};
 use crate::TrialError;
@@ -198,9 +198,9 @@ fn fig3b(results: &FinishedPoints) -> Result<Made, TrialError> {
     let rows = results.names().map(|point| {
         let row = results.row(point, "impact_parameter_summary", &[OF_EXACT])?;
         let restitution = results.setting(point, "gas.restitution")?;
-        row_of([restitution.to_string()], [row.measured("slope")])
+        measured_cells([restitution.to_string()], [row.measured("slope")])
     });
-    Ok(markdown("r | slope of P(b/d)", rows)?.into())
+    Ok(markdown_table("r | slope of P(b/d)", rows)?.into())
 }
 
 /// Windows of time of the case of 1998.
@@ -224,10 +224,10 @@ fn slopes(results: &FinishedPoints) -> Result<Made, TrialError> {
             let row = results.row("", "impact_parameter_summary", &of_window(engine, window));
             row?.measured("slope")
         };
-        row_of([words.to_owned()], WINDOWS.map(slope))
+        measured_cells([words.to_owned()], WINDOWS.map(slope))
     });
     let header = "slope of P(b/d) in t/t0 | 0 to 1 | 1 to 5 | 5 to 20 | 20 to 100 | 100 to 400";
-    Ok(markdown(header, rows)?.into())
+    Ok(markdown_table(header, rows)?.into())
 }
 
 fn dissipation(results: &FinishedPoints) -> Result<Made, TrialError> {
@@ -238,10 +238,10 @@ fn dissipation(results: &FinishedPoints) -> Result<Made, TrialError> {
     let rows = places.map(|(window, (engine, words))| {
         let row = results.row("", "dissipation", &of_window(engine, window))?;
         let words = [format!("{} to {}", window[0], window[1]), words.to_owned()];
-        row_of(words, FACTORS.map(|factor| row.measured(factor)))
+        measured_cells(words, FACTORS.map(|factor| row.measured(factor)))
     });
     let header = "t/t0 | engine | collision rate | squared speed of pairs | impact parameters | correlation | cooling rate";
-    Ok(markdown(header, rows)?.into())
+    Ok(markdown_table(header, rows)?.into())
 }
 
 /// Creates the figure of a table that shows a column, with the label of its horizontal axis.
@@ -291,9 +291,9 @@ fn evidence(results: &FinishedPoints) -> Result<Made, TrialError> {
         "![Energies of three engines against Haff's law, their quotients, and impact parameters in windows of time](evidence.svg)\n\n\
          From t/t0 = 100 to 400 the slope of P(b/d) of exact disks is {} (0 for chaos). At t/t0 = 10 they have {} times the energy of the \
          free-volume gas and {} times that of the Enskog scheme. Both quotients are void as comparisons: cells of 1.27 disks put energies off.",
-        shown(slope.measured("slope")?),
-        shown(last("dsmc-free-volume")?),
-        shown(last("dsmc-enskog")?),
+        number_text(slope.measured("slope")?),
+        number_text(last("dsmc-free-volume")?),
+        number_text(last("dsmc-enskog")?),
     );
     let files = vec![("docs/evidence.svg".to_owned(), picture)];
     Ok(Made { text, files })

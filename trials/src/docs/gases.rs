@@ -7,8 +7,8 @@ use stosszahl_results::{
 
 use super::course::CONTACT_POINT;
 use super::data::{DataMaker, DataTable, Made};
-use super::results::{At, Is, OF_EXACT, parts};
-use super::tables::{energy_ratio, markdown, of_window, row_of};
+use super::results::{At, Is, OF_EXACT, value_and_error};
+use super::tables::{energy_ratio, markdown_table, measured_cells, of_window};
 use crate::TrialError;
 
 /// Makes the block of transport coefficients over Enskog's, by packing.
@@ -22,13 +22,13 @@ pub(super) fn transport(results: &FinishedPoints) -> Result<Made, TrialError> {
     let rows = results.names().map(|point| {
         let row = results.row(point, "transport", &[OF_EXACT])?;
         let packing = results.setting(point, "box.packing_fraction")?;
-        row_of(
+        measured_cells(
             [packing.to_string()],
             coefficients.map(|name| row.measured(name)),
         )
     });
     let header = "packing | self-diffusion | shear viscosity | bulk viscosity | heat conductivity";
-    Ok(markdown(header, rows)?.into())
+    Ok(markdown_table(header, rows)?.into())
 }
 
 /// Makes the block of slopes of P(b/d): of pairs near contact as they are and shuffled, and of slow
@@ -47,10 +47,10 @@ pub(super) fn pairs(results: &FinishedPoints) -> Result<Made, TrialError> {
             let keys = [engine, start, end, ("quantity", Is(quantity))];
             results.row("", "chaos", &keys)?.measured("value")
         };
-        row_of([words.to_owned()], windows.map(slope))
+        measured_cells([words.to_owned()], windows.map(slope))
     });
     let header = "window, t/t0 | 0 to 1 | 1 to 10 | 10 to 40 | 40 to 100";
-    Ok(markdown(header, rows)?.into())
+    Ok(markdown_table(header, rows)?.into())
 }
 
 /// Maker of the block of the case `density-ladder`: energy ratios and collision rates by packing.
@@ -108,13 +108,13 @@ fn ladder_summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let rows = rows.into_iter().map(|row| {
         let mut cells = vec![row.number("packing_fraction")?.to_string()];
         for column in columns {
-            let [value, error] = parts(row.measured(column)?);
+            let [value, error] = value_and_error(row.measured(column)?);
             cells.push(with_decimals(value, error, 4));
         }
         Ok(cells)
     });
     let header = "packing | t/t0 = 1.1 | 10.8 | 23 | 50 | rate of the scheme, t/t0 < 1";
-    let rows = markdown(header, rows)?;
+    let rows = markdown_table(header, rows)?;
     Ok(format!(
         "Four simulators for each disk; [all numbers]({link}), also of one:\n\n{rows}"
     ))

@@ -17,8 +17,8 @@ use stosszahl_results::{
 };
 
 use super::data::{DataMaker, DataTable, Made, csv_text};
-use super::results::{OF_EXACT, parts, shown};
-use super::tables::markdown;
+use super::results::{OF_EXACT, number_text, value_and_error};
+use super::tables::markdown_table;
 use crate::TrialError;
 use crate::three_disks;
 
@@ -86,7 +86,7 @@ impl<'a> Gas<'a> {
 
 /// Mean of two measurements of one number, weighted by their errors.
 fn mean(a: TableEstimate, b: TableEstimate) -> TableEstimate {
-    let [[a, a_error], [b, b_error]] = [a, b].map(parts);
+    let [[a, a_error], [b, b_error]] = [a, b].map(value_and_error);
     let [wa, wb] = [a_error, b_error].map(|error| error.powi(-2));
     TableEstimate::with_error((wa * a + wb * b) / (wa + wb), Some((wa + wb).powf(-0.5)))
 }
@@ -149,12 +149,12 @@ fn matrix(cells: &[(Place, String)]) -> Result<String, TrialError> {
         let own = [r.to_string()].into_iter();
         Ok(own.chain(packings.iter().map(cell)).collect())
     });
-    markdown(&format!("r \\ φ{}", header.collect::<String>()), rows)
+    markdown_table(&format!("r \\ φ{}", header.collect::<String>()), rows)
 }
 
 /// Returns true if the results of two boxes differ by more than three errors.
 fn disagree(both: [TableEstimate; 2]) -> bool {
-    let [[narrow, narrow_error], [wide, wide_error]] = both.map(parts);
+    let [[narrow, narrow_error], [wide, wide_error]] = both.map(value_and_error);
     (narrow - wide).abs() > APART * narrow_error.hypot(wide_error)
 }
 
@@ -162,11 +162,25 @@ fn disagree(both: [TableEstimate; 2]) -> bool {
 /// neither is then that of the gas.
 fn of_boxes(both: [TableEstimate; 2]) -> String {
     if disagree(both) {
-        let [[narrow, _], [wide, _]] = both.map(parts);
+        let [[narrow, _], [wide, _]] = both.map(value_and_error);
         format!("{narrow:.4} … {wide:.4}")
     } else {
-        shown(both[1])
+        number_text(both[1])
     }
+}
+
+/// Formats the results of the two boxes of each point; returns also the number of points at which
+/// they disagree, and the widest error.
+fn of_all_boxes(
+    points: &[(Place, [TableEstimate; 2])],
+) -> Result<(String, usize, f64), TrialError> {
+    let cells: Vec<_> = points
+        .iter()
+        .map(|(at, both)| (*at, of_boxes(*both)))
+        .collect();
+    let apart = points.iter().filter(|(_, both)| disagree(*both)).count();
+    let errors = points.iter().map(|(_, both)| value_and_error(both[1])[1]);
+    Ok((matrix(&cells)?, apart, errors.fold(0.0, f64::max)))
 }
 
 /// Creates a figure of a column against 1 - r, with a curve for each packing.
@@ -238,28 +252,15 @@ pub(super) fn uniform(results: &FinishedPoints) -> Result<Made, TrialError> {
         columns[0].push((wide.at, slopes));
         columns[1].push((wide.at, rates));
     }
-    let mut texts = Vec::new();
-    for column in &columns {
-        let cells: Vec<_> = (column.iter())
-            .map(|(at, both)| (*at, of_boxes(*both)))
-            .collect();
-        let apart = column.iter().filter(|(_, both)| disagree(*both)).count();
-        let widest = column.iter().map(|(_, both)| parts(both[1])[1]);
-        texts.push((matrix(&cells)?, apart, widest.fold(0.0, f64::max)));
-    }
-    let [
-        (slopes, slopes_apart, slope_error),
-        (rates, rates_apart, rate_error),
-    ] = &texts[..]
-    else {
-        unreachable!("two columns")
-    };
+    let [slopes, rates] = columns;
+    let count = slopes.len();
+    let (slopes, slopes_apart, slope_error) = of_all_boxes(&slopes)?;
+    let (rates, rates_apart, rate_error) = of_all_boxes(&rates)?;
     let text = format!(
         "Slope of P(b/d) from 10 to 100 collisions of a disk; 0 is chaos:\n\n{slopes}\n\
          Cooling rate over that of chaos at the same squared speed of pairs; 1 is chaos:\n\n{rates}\n\
          Where two numbers stand, the narrower and the wider box differ by more than three errors, and neither is the gas's: slopes at {slopes_apart} \
          of {count} points, cooling rates at {rates_apart}. The widest error of a slope is {slope_error:.4}, and of a cooling rate {rate_error:.4}.\n",
-        count = columns[0].len(),
     );
     let names = [
         "docs/map-uniform.csv",
@@ -292,8 +293,8 @@ pub(super) fn waves(results: &FinishedPoints) -> Result<Made, TrialError> {
             (packing, restitution, 1.0 - restitution),
             [slope, dissipation, at_pair_speed],
         ));
-        slopes.push((gas.at, shown(slope)));
-        rates.push((gas.at, shown(dissipation)));
+        slopes.push((gas.at, number_text(slope)));
+        rates.push((gas.at, number_text(dissipation)));
     }
     let text = format!(
         "Slope of P(b/d) from 5 to 30 t0:\n\n{}\nCooling rate over that of chaos at the total kinetic energy, from 5 to 30 t0:\n\n{}",
@@ -362,10 +363,10 @@ fn onset_summary(table: &Table, link: &str) -> Result<String, TrialError> {
     for row in table.all_rows() {
         let at = [row.number("packing_fraction")?, row.number("restitution")?];
         let slope = row.measured("slope")?;
-        widest = widest.max(parts(slope)[1]);
-        slopes.push((at, shown(slope)));
+        widest = widest.max(value_and_error(slope)[1]);
+        slopes.push((at, number_text(slope)));
         if row.number("three_disks").is_ok() {
-            alone.push((at, shown(row.measured("three_disks")?)));
+            alone.push((at, number_text(row.measured("three_disks")?)));
         }
     }
     Ok(format!(
@@ -478,7 +479,7 @@ mod tests {
         let root = 3.0_f64.sqrt();
         let [one, five] = [(1.0, 1.0), (5.0, root)]
             .map(|(value, error)| TableEstimate::with_error(value, Some(error)));
-        let [value, error] = parts(mean(one, five));
+        let [value, error] = value_and_error(mean(one, five));
         assert!((value - 2.0).abs() < 1e-14 && (error - 0.5 * root).abs() < 1e-14);
     }
 }

@@ -3,8 +3,8 @@
 use stosszahl_results::{FinishedPoints, Table, TableCell, TableEstimate, TableRow};
 
 use super::data::{DataMaker, DataTable, Made};
-use super::results::shown;
-use super::tables::{count, markdown};
+use super::results::number_text;
+use super::tables::{count_verdicts, markdown_table};
 use crate::TrialError;
 
 /// Makes the block of all papers: number of claims by verdict, and the claims that differ.
@@ -22,8 +22,8 @@ pub(super) fn papers_block(results: &FinishedPoints) -> Result<Made, TrialError>
     }
     Ok(format!(
         "{}\nWhat differs:\n\n{}",
-        markdown("paper | claims | agree | differ | undecided | void", counts)?,
-        markdown(
+        markdown_table("paper | claims | agree | differ | undecided | void", counts)?,
+        markdown_table(
             "paper | figure | claim | where | paper says | found",
             differences
         )?
@@ -114,7 +114,7 @@ fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, Tri
     }
     let named = parts.iter().zip(&own);
     let counts = named.map(|((words, _), own)| Ok(counted((*words).to_owned(), own)));
-    let counts = markdown("part | claims | agree | differ | undecided | void", counts)?;
+    let counts = markdown_table("part | claims | agree | differ | undecided | void", counts)?;
     let mut differences = Vec::new();
     for claim in own.iter().flat_map(Table::all_rows) {
         if claim.words("verdict")? == "differ" {
@@ -132,7 +132,8 @@ fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, Tri
 
 /// Counts claims by verdict, as cells of a table.
 fn counted(name: String, claims: &Table) -> Vec<String> {
-    let counts = ["agree", "differ", "undecided", "void"].map(|verdict| count(claims, verdict));
+    let counts =
+        ["agree", "differ", "undecided", "void"].map(|verdict| count_verdicts(claims, verdict));
     let counts = [claims.rows.len()].into_iter().chain(counts);
     [name]
         .into_iter()
@@ -147,7 +148,7 @@ fn row(claim: &TableRow<'_>) -> Result<[String; 5], TrialError> {
         let error = claim.number(&format!("{column}_se")).ok();
         Some(match error.filter(|error| *error > 0.0) {
             None => short(value),
-            error => shown(TableEstimate::with_error(value, error)),
+            error => number_text(TableEstimate::with_error(value, error)),
         })
     };
     let paper = number("paper").unwrap_or_default();

@@ -111,12 +111,12 @@ pub fn run_papers(
 }
 
 /// Formats a measured number with its error, to two digits of the error.
-pub(super) fn shown(found: TableEstimate) -> String {
-    let [value, error] = parts(found);
+pub(super) fn number_text(found: TableEstimate) -> String {
+    let [value, error] = value_and_error(found);
     with_error(value, Some(error))
 }
 
 /// Returns value and error of a measured number; NaN for a part that is not known.
-pub(super) fn parts(found: TableEstimate) -> [f64; 2] {
+pub(super) fn value_and_error(found: TableEstimate) -> [f64; 2] {
     [found.value, found.standard_error].map(|part| part.unwrap_or(f64::NAN))
 }

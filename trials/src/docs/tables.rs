@@ -4,16 +4,16 @@ use std::fmt::Write as _;
 
 use stosszahl_results::{FinishedPoints, NumberNotFound, RowKey, Table, TableEstimate};
 
-use super::results::{At, Is, OF_EXACT, shown};
+use super::results::{At, Is, OF_EXACT, number_text};
 use crate::TrialError;
 
 /// Cells of a row of Markdown.
-pub(super) type Cells = Result<Vec<String>, TrialError>;
+pub(super) type RowCells = Result<Vec<String>, TrialError>;
 
 /// Formats a table of Markdown; the names of the columns are separated by ` | `.
-pub(super) fn markdown(
+pub(super) fn markdown_table(
     header: &str,
-    rows: impl IntoIterator<Item = Cells>,
+    rows: impl IntoIterator<Item = RowCells>,
 ) -> Result<String, TrialError> {
     let columns = header.split(" | ").count();
     let mut text = format!("| {header} |\n|{}\n", "---|".repeat(columns));
@@ -26,20 +26,20 @@ pub(super) fn markdown(
     Ok(text)
 }
 
-/// Formats a row of words and then measured numbers.
-pub(super) fn row_of<const N: usize>(
+/// Formats the cells of a row: words, then measured numbers.
+pub(super) fn measured_cells<const N: usize>(
     words: [String; N],
     numbers: impl IntoIterator<Item = Result<TableEstimate, NumberNotFound>>,
-) -> Cells {
+) -> RowCells {
     let mut cells = Vec::from(words);
     for number in numbers {
-        cells.push(shown(number?));
+        cells.push(number_text(number?));
     }
     Ok(cells)
 }
 
 /// Counts the rows that have a word in the column of verdicts.
-pub(super) fn count(table: &Table, verdict: &str) -> usize {
+pub(super) fn count_verdicts(table: &Table, verdict: &str) -> usize {
     let is_it = |row: &stosszahl_results::TableRow<'_>| row.words("verdict") == Ok(verdict);
     table.all_rows().filter(is_it).count()
 }
@@ -82,11 +82,11 @@ pub(super) fn against(
         let ratios = others
             .iter()
             .map(|other| energy_ratio(results, "", other.0, time));
-        row_of([time.to_string()], own.into_iter().chain(ratios))
+        measured_cells([time.to_string()], own.into_iter().chain(ratios))
     };
     let words = others.iter().map(|(_, words)| format!(" | ED / {words}"));
     let words: String = words.collect();
-    markdown(
+    markdown_table(
         &format!("time t/t0 | ED: K/K(0) | ED over Haff{words}"),
         times.iter().map(row),
     )

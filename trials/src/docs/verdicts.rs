@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use stosszahl_results::{FinishedPoints, Table, TableEstimate, table};
 
 use super::data::{DataMaker, DataTable};
-use super::tables::count;
+use super::tables::count_verdicts;
 use crate::TrialError;
 
 /// Maker of the block of all verdicts of a case.
@@ -53,7 +53,9 @@ fn verdicts(results: &FinishedPoints) -> Table {
 /// Formats the number of verdicts of each kind, and the sentence of each that finds no agreement.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let kinds = ["agree", "differ", "undecided", "void", "warning", "note"];
-    let counts = kinds.map(|kind| (count(table, kind), kind)).into_iter();
+    let counts = kinds
+        .map(|kind| (count_verdicts(table, kind), kind))
+        .into_iter();
     let counts = counts.filter(|(found, _)| *found > 0);
     let counts: Vec<String> = counts
         .map(|(found, kind)| format!("{found} {kind}"))

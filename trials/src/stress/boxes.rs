@@ -9,7 +9,7 @@ use stosszahl_model::{Domain, ParticleState, Plane, Sizes};
 
 use super::gas::{RunEnd, StressGas, disordered, few};
 use crate::gas::{
-    EqualDisks, SmoothParticles, disks, domain, mixture, placed, random, state, warm,
+    EqualDisks, SmoothParticles, disks, domain, mixture, random, random_places, state, warm,
 };
 use crate::{Done, TrialError, TrialLog};
 
@@ -58,7 +58,7 @@ fn small(log: &mut TrialLog) -> Done {
             if count > 1 && packing > 0.8 {
                 continue;
             }
-            let Ok(places) = placed(&scene.sizes, count, &domain, seed) else {
+            let Ok(places) = random_places(&scene.sizes, count, &domain, seed) else {
                 continue;
             };
             let mut part = || stream.random_range(-1.0..1.0);
@@ -122,13 +122,13 @@ fn wedge(log: &mut TrialLog) -> Done {
 }
 
 /// Creates a Maxwellian gas at random places.
-fn gas_of<Z: Sizes>(
+fn placed_gas<Z: Sizes>(
     scene: SmoothParticles<Plane, Z>,
     domain: Domain<Plane>,
     count: usize,
     seed: u64,
 ) -> Result<StressGas<SmoothParticles<Plane, Z>>, TrialError> {
-    let places = placed(&scene.sizes, count, &domain, seed)?;
+    let places = random_places(&scene.sizes, count, &domain, seed)?;
     let start = warm(&scene, domain, places, seed);
     Ok(StressGas::new(scene, start))
 }
@@ -143,7 +143,7 @@ fn long(log: &mut TrialLog) -> Done {
             domain(across / aspect, across)?
         };
         let scene = disks(1.0)?;
-        let gas = gas_of(scene, domain, count, 4)?;
+        let gas = placed_gas(scene, domain, count, 4)?;
         about!(log; "{count} disks, aspect {aspect}");
         // Positions up to 3300 are rounded to 5e-13; grazing contacts multiply that by up to a
         // thousand.
@@ -219,7 +219,7 @@ fn ratios(log: &mut TrialLog) -> Done {
             sizes.extend(vec![(0.5, 1.0); small]);
             let scene = mixture(sizes, 1.0)?;
             let domain = domain(side, 0.9 * side)?;
-            let gas = gas_of(scene, domain, large + small, 8)?;
+            let gas = placed_gas(scene, domain, large + small, 8)?;
             about!(log; "{large} large and {small} small, mass ratio {mass:.0e}");
             if large == 1 {
                 // A small disk between large ones is like a mirror between mirrors: differences
