@@ -122,7 +122,11 @@ fn sharp_corner(log: &mut TrialLog) -> Done {
             boundaries: &boundaries(WallClearance::Radius)?,
             bodies: &[(vector![180.0, 10.0], vector![-angle.cos(), angle.sin()])],
         };
-        for mut gas in [disk.exact()?, disk.points(POINTS)?] {
+        let wide = Parameters {
+            cell_size: Some(2.0),
+            ..POINTS
+        };
+        for mut gas in [disk.exact()?, disk.points(wide)?] {
             gas.advance(250.0, Unlimited, &mut ())?;
             let end = gas.particles().all[0];
             worst = worst.max((end.velocity.norm() - 1.0).abs());
