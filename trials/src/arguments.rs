@@ -1,12 +1,17 @@
-//! The command line as typed.
+//! Command line: its words, and their execution.
+
+use std::io::{self, Write as _};
+use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::bench::{BenchDsmc, BenchEd, BenchMixture};
+use crate::bench::{BenchDsmc, BenchEd, BenchMixture, BenchWork};
 use crate::calibrate::Calibrate;
 use crate::docs::Docs;
 use crate::stress::StressCases;
+use crate::terminal::say;
 use crate::validate::{ValidateAll, ValidateDsmc};
+use crate::{Done, calibrate, docs, stress, validate};
 
 /// Hard cases, claims about accuracy, and speed of the engines of stosszahl.
 #[derive(Debug, Parser)]
@@ -37,12 +42,14 @@ pub enum TrialCommand {
     /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one
     /// fails.
     #[command(
-        subcommand,
-        after_help = "Begin with:\n  stosszahl-trials stress ed --list         the cases in words\n  \
-                      stosszahl-trials stress ed                the short ones\n  \
-                      stosszahl-trials stress walls --case floor  only this one"
+        after_help = "Begin with:\n  stosszahl-trials stress ed --list                 the cases in words\n  \
+                      stosszahl-trials stress ed                        the short ones, in about a minute\n  \
+                      stosszahl-trials stress dsmc --case threads,kills only these\n  \
+                      stosszahl-trials stress ed --long                 hours: 1e9 collisions, 1e5 disks around a huge one\n  \
+                      stosszahl-trials stress dsmc --long               minutes: a hundred times the steps\n  \
+                      stosszahl-trials stress mixture --long            minutes: 1e7 grains of dust, 1e6 sticky disks"
     )]
-    Stress(StressCommand),
+    Stress(StressCases),
     /// Ask the judge about replicas of which the truth is known: how often verdicts ring, and how
     /// often they find what is there.
     ///
@@ -98,57 +105,6 @@ pub enum Validate {
     Dsmc(ValidateDsmc),
 }
 
-/// `stosszahl-trials stress`.
-#[derive(Debug, Subcommand)]
-pub enum StressCommand {
-    /// Event-driven hard disks: collapse, close packing, ties, grazing contacts, long runs, extreme
-    /// sizes and speeds, kills.
-    #[command(
-        after_help = "Begin with:\n  stosszahl-trials stress ed --list                 the cases in words\n  \
-                      stosszahl-trials stress ed                        the short ones, in about a minute\n  \
-                      stosszahl-trials stress ed --case kills,grazing   only these\n  \
-                      stosszahl-trials stress ed --long                 hours: 1e9 collisions, 1e5 disks around a huge one"
-    )]
-    Ed(StressEd),
-    /// Monte Carlo, every scheme: crowded and empty cells, steps too long, cooling through 24
-    /// decades, threads, kills.
-    #[command(
-        after_help = "Begin with:\n  stosszahl-trials stress dsmc --list                 the cases in words\n  \
-                      stosszahl-trials stress dsmc                        all of them, in seconds\n  \
-                      stosszahl-trials stress dsmc --case threads,kills   only these\n  \
-                      stosszahl-trials stress dsmc --long                 minutes: a hundred times the steps"
-    )]
-    Dsmc(StressCases),
-    /// Gases without positions: extreme sizes and temperatures, rare species, no rebound, cooling
-    /// until nothing moves, sticking until one cluster is left.
-    #[command(
-        after_help = "Begin with:\n  stosszahl-trials stress mixture --list         the cases in words\n  \
-                      stosszahl-trials stress mixture                all of them, in seconds\n  \
-                      stosszahl-trials stress mixture --long         minutes: 1e7 grains of dust, 1e6 sticky disks"
-    )]
-    Mixture(StressCases),
-    /// Walls, obstacles, gravity and openings, exact dynamics and Monte Carlo: sharp corners,
-    /// wedges, rest on a floor, grazing, fast walls, empty channels, supersonic streams.
-    #[command(
-        after_help = "Begin with:\n  stosszahl-trials stress walls --list               the cases in words\n  \
-                      stosszahl-trials stress walls                      all of them, in seconds\n  \
-                      stosszahl-trials stress walls --case fast-wall     only this one"
-    )]
-    Walls(StressCases),
-}
-
-/// `stosszahl-trials stress ed`.
-#[derive(Clone, Debug, Args)]
-pub struct StressEd {
-    /// Selection of cases, and the form of their report.
-    #[command(flatten)]
-    pub cases: StressCases,
-    /// Collisions of the runs whose length can be set: crystals, elastic-run, one-huge [default:
-    /// 5e3 to 2e6; 1e6 to 1e9 with --long].
-    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u64).range(100..))]
-    pub collisions: Option<u64>,
-}
-
 /// `stosszahl-trials bench`.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
@@ -173,4 +129,32 @@ pub enum Bench {
                       stosszahl-trials bench mixture --selection single-majorant --collisions 2000000"
     )]
     Mixture(BenchMixture),
+}
+
+fn bench(work: &dyn BenchWork, json: bool) -> Done {
+    say(&work.measure_speed()?.text(json));
+    Ok(())
+}
+
+/// Runs the command line, and returns its exit code.
+pub fn execute(arguments: TrialArguments) -> ExitCode {
+    let done = match arguments.command {
+        TrialCommand::Bench(Bench::Ed(work)) => bench(&work, work.json),
+        TrialCommand::Bench(Bench::Dsmc(work)) => bench(&work, work.json),
+        TrialCommand::Bench(Bench::Mixture(work)) => bench(&work, work.json),
+        TrialCommand::Stress(asked) => stress::command(&asked),
+        TrialCommand::Docs(asked) => docs::command(&asked),
+        TrialCommand::Calibrate(asked) => calibrate::command(&asked),
+        TrialCommand::Validate(asked) => match asked.engine {
+            Some(Validate::Dsmc(asked)) => validate::schemes_command(&asked),
+            None => validate::command(&asked.all),
+        },
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let _ = writeln!(io::stderr(), "error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
 }

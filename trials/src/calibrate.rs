@@ -10,7 +10,7 @@
 //! not. A rate of false alarms may also be lower, because the correction over several tests is
 //! cautious.
 
-use std::fmt::Display;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use clap::Args;
@@ -21,15 +21,15 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 use stosszahl_analysis::replicas::{power, replicas_needed};
 use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_model::Interrupt;
-use stosszahl_results::{Existing, VerdictKind};
+use stosszahl_results::{Existing, VerdictKind, VerdictText};
 use stosszahl_study::judge::{
     self, ComparedPair, Comparison, DifferenceUnit, ImpactTest, Places, VerdictRule,
 };
 use stosszahl_study::power::FOUND;
-use stosszahl_study::{RunOptions, run_case};
+use stosszahl_study::{RunSummary, run_case};
 
 use crate::terminal::{say, trial_names};
-use crate::trial::{ENDLESS, chosen};
+use crate::trial::{ENDLESS, chosen, run_options};
 use crate::{Done, Effort, TrialError, TrialLog};
 
 /// `stosszahl-trials calibrate`.
@@ -113,14 +113,18 @@ fn rate(samples: usize, found: impl Fn(&mut Xoshiro256PlusPlus) -> bool, seed: u
     (0..samples).filter(|_| found(&mut stream)).count() as f64 / samples as f64
 }
 
-/// Records a rate of false alarms, which must be at most the level. The bound is that of the
-/// binomial law, which is skewed for few samples: five of 20 at 5 % have a chance of one in 390,
-/// not that of four errors.
+/// Returns the highest rate of false alarms that is not against a level: by the binomial law, which
+/// is skewed for few samples. Five of 20 at 5 % have a chance of one in 390, not that of four
+/// errors.
+fn highest_rate(level: f64, samples: usize) -> Result<f64, TrialError> {
+    let law = Binomial::new(level, samples as u64)?;
+    Ok(law.inverse_cdf(1.0 - CHANCE) as f64 / samples as f64)
+}
+
+/// Records a rate of false alarms, which must be at most the level.
 fn alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64) -> Done {
-    let law = Binomial::new(level, samples as u64)
-        .map_err(|error| TrialError::failed(error.to_string()))?;
-    let most = law.inverse_cdf(1.0 - CHANCE) as f64 / samples as f64;
     found!(log; "{what}: {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * level);
+    let most = highest_rate(level, samples)?;
     log.at_most(&format!("{what}: false alarms"), rate, most);
     Ok(())
 }
@@ -129,15 +133,30 @@ fn alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64)
 fn finds(log: &mut TrialLog, what: &str, rate: f64, samples: usize, stated: f64) {
     let error = (stated * (1.0 - stated) / samples as f64).sqrt();
     found!(log; "{what}: found in {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * stated);
-    log.at_most(
-        &format!("{what}: off what is stated"),
-        (rate - stated).abs(),
-        FAR * error,
-    );
+    let off = (rate - stated).abs();
+    log.at_most(&format!("{what}: off what is stated"), off, FAR * error);
 }
 
 fn samples(log: &TrialLog) -> usize {
     if log.effort.quick { 1000 } else { 20_000 }
+}
+
+/// Judges the energies of two engines at some times, each the pairs of all replicas.
+fn judge_energies(
+    pairs: &[Vec<(f64, f64)>],
+    times: &[f64],
+    rule: VerdictRule,
+) -> Option<VerdictText> {
+    let comparison = Comparison {
+        topic: "energy",
+        a: "a",
+        b: "b",
+        quantity: "energy",
+        unit: DifferenceUnit::Relative,
+        rule,
+    };
+    let places = Places::Times(times);
+    ComparedPair { comparison, places }.judge(pairs)
 }
 
 /// Returns true if the judge calls the energies of two engines different, whose means have the
@@ -151,43 +170,34 @@ fn energies_differ(
 ) -> bool {
     const SPREAD: f64 = 0.03;
     let (common, own) = ((1.0_f64 / 3.0).sqrt(), (2.0_f64 / 3.0).sqrt());
+    let mean = log_ratio - 0.5 * SPREAD * SPREAD;
     let mut pairs = vec![Vec::new(); times.len()];
     for _ in 0..replicas {
         let shared: f64 = stream.sample(StandardNormal);
         for pairs in &mut pairs {
             let alone: f64 = stream.sample(StandardNormal);
-            pairs.push((
-                (log_ratio - 0.5 * SPREAD * SPREAD + SPREAD * (common * shared + own * alone))
-                    .exp(),
-                1.0,
-            ));
+            let energy = (mean + SPREAD * (common * shared + own * alone)).exp();
+            pairs.push((energy, 1.0));
         }
     }
-    let comparison = Comparison {
-        topic: "energy",
-        a: "a",
-        b: "b",
-        quantity: "energy",
-        unit: DifferenceUnit::Relative,
-        rule: NARROW,
-    };
-    let places = Places::Times(times);
-    ComparedPair { comparison, places }
-        .judge(&pairs)
-        .is_some_and(|found| found.kind == VerdictKind::Differ)
+    judge_energies(&pairs, times, NARROW).is_some_and(|found| found.kind == VerdictKind::Differ)
 }
 
 fn energies(log: &mut TrialLog) -> Done {
-    let samples = samples(log);
+    let (samples, times) = (samples(log), [1.0, 2.0, 3.0, 4.0, 5.0]);
     for replicas in [2, 4, 8] {
-        let rate = rate(
-            samples,
-            |stream| energies_differ(stream, 0.0, &[1.0, 2.0, 3.0, 4.0, 5.0], replicas),
-            1,
-        );
+        let differ = |stream: &mut _| energies_differ(stream, 0.0, &times, replicas);
+        let rate = rate(samples, differ, 1);
         alarms(log, &format!("{replicas} replicas"), rate, samples, LEVEL)?;
     }
     Ok(())
+}
+
+/// Creates a window of impact parameters without collisions.
+fn empty_window(span: [f64; 2]) -> CollisionWindow {
+    CollisionWindows::new(&[span], 20, 1, 0.0, 1.0)
+        .windows
+        .remove(0)
 }
 
 /// Creates the window of one replica, with drawn collisions whose impact parameters have the
@@ -198,9 +208,7 @@ fn window(
     slope: f64,
     curvature: f64,
 ) -> CollisionWindow {
-    let mut window = CollisionWindows::new(&[[0.0, 1.0]], 20, 1, 0.0, 1.0)
-        .windows
-        .remove(0);
+    let mut window = empty_window([0.0, 1.0]);
     let highest = 1.0 + 0.5 * slope.abs() + curvature.abs();
     while window.collisions < collisions {
         let (u, height): (f64, f64) = (stream.random(), stream.random());
@@ -229,10 +237,8 @@ fn bends(
         window(stream, collisions as u64, slope + a, 0.5 * b)
     };
     let windows: Vec<CollisionWindow> = (0..replicas).map(draw).collect();
-    let tests = [ImpactTest::test_window(
-        [0.0, 1.0],
-        &windows.iter().collect::<Vec<_>>(),
-    )];
+    let all: Vec<_> = windows.iter().collect();
+    let tests = [ImpactTest::test_window([0.0, 1.0], &all)];
     judge::impact_parameters("topic", "engine", &tests, &NARROW).kind == VerdictKind::Differ
 }
 
@@ -243,18 +249,12 @@ fn impact_parameters(log: &mut TrialLog) -> Done {
     let own = (4.0 * 12.0 / COLLISIONS as f64).sqrt();
     for (what, own) in [("independent", 0.0), ("over-dispersed", own)] {
         for replicas in [2, 4, 12] {
-            let rate = rate(
-                samples,
-                |stream| bends(stream, [replicas, COLLISIONS], 0.0, own),
-                2,
+            let bends = |stream: &mut _| bends(stream, [replicas, COLLISIONS], 0.0, own);
+            let (what, rate) = (
+                format!("{what}, {replicas} replicas"),
+                rate(samples, bends, 2),
             );
-            alarms(
-                log,
-                &format!("{what}, {replicas} replicas"),
-                rate,
-                samples,
-                LEVEL,
-            )?;
+            alarms(log, &what, rate, samples, LEVEL)?;
         }
     }
     Ok(())
@@ -264,20 +264,10 @@ fn impact_parameters(log: &mut TrialLog) -> Done {
 fn planted_energy(log: &mut TrialLog) -> Done {
     let samples = samples(log);
     let effect = 1.05_f64.ln() / 0.03;
-    let needed = replicas_needed(effect, LEVEL, FOUND);
-    for replicas in [4, needed] {
-        let rate = rate(
-            samples,
-            |stream| energies_differ(stream, 1.05_f64.ln(), &[1.0], replicas),
-            3,
-        );
-        finds(
-            log,
-            &format!("{replicas} replicas"),
-            rate,
-            samples,
-            power(effect, replicas, LEVEL),
-        );
+    for replicas in [4, replicas_needed(effect, LEVEL, FOUND)] {
+        let differ = |stream: &mut _| energies_differ(stream, 1.05_f64.ln(), &[1.0], replicas);
+        let (what, rate) = (format!("{replicas} replicas"), rate(samples, differ, 3));
+        finds(log, &what, rate, samples, power(effect, replicas, LEVEL));
     }
     Ok(())
 }
@@ -289,11 +279,8 @@ fn planted_slope(log: &mut TrialLog) -> Done {
     // Half of the level is that of the slope, half that of the shape.
     let effect = 0.02 / (12.0 / COLLISIONS as f64).sqrt();
     for replicas in [4, replicas_needed(effect, 0.5 * LEVEL, FOUND)] {
-        let rate = rate(
-            samples,
-            |stream| bends(stream, [replicas, COLLISIONS], 0.02, 0.0),
-            4,
-        );
+        let bends = |stream: &mut _| bends(stream, [replicas, COLLISIONS], 0.02, 0.0);
+        let rate = rate(samples, bends, 4);
         let stated = power(effect, replicas, 0.5 * LEVEL);
         // False alarms of the shape where the trend is not found: at most half the level more.
         let error = (stated * (1.0 - stated) / samples as f64).sqrt();
@@ -303,6 +290,15 @@ fn planted_slope(log: &mut TrialLog) -> Done {
         log.at_most("above what is stated", rate - stated, most);
     }
     Ok(())
+}
+
+/// Runs a case with a seed into a folder, which it replaces.
+fn run_case_text(text: &str, seed: usize, folder: &Path) -> Result<RunSummary, TrialError> {
+    let set = [format!("seed={seed}")];
+    let file = stosszahl_study::format().from_text(Path::new("case.toml"), text, &set)?;
+    let (out, stop) = (folder.join("case"), Interrupt::default());
+    let options = run_options(Some(&out), Existing::Replace, &stop, "");
+    Ok(run_case(&file, &options)?)
 }
 
 /// Chance of a false alarm of an elastic case, which two engines of two families share.
@@ -336,62 +332,25 @@ family_wise_error_rate = 0.2
 
 fn elastic(log: &mut TrialLog) -> Done {
     let cases = if log.effort.quick { 20 } else { 500 };
-    let failed = |error: &dyn Display| TrialError::failed(error.to_string());
-    let folder = tempfile::tempdir().map_err(|error| failed(&error))?;
-    let mut families: Vec<(String, usize)> = Vec::new();
+    let folder = tempfile::tempdir()?;
+    let mut families: BTreeMap<String, usize> = BTreeMap::new();
     let (mut any, mut verdicts) = (0, 0);
     for seed in 0..cases {
-        let file = stosszahl_study::format()
-            .from_text(
-                Path::new("elastic.toml"),
-                ELASTIC,
-                &[format!("seed={seed}")],
-            )
-            .map_err(|error| failed(&error))?;
-        let options = RunOptions {
-            out: Some(folder.path().join("case")),
-            existing: Existing::Replace,
-            threads: None,
-            ignore_memory_limit: false,
-            commit: "",
-            stop: &Interrupt::default(),
-            progress: &(),
-        };
-        let summary = run_case(&file, &options).map_err(|error| failed(&error))?;
+        let summary = run_case_text(ELASTIC, seed, folder.path())?;
         let mut rings = false;
         for verdict in &summary.points[0].verdicts {
             verdicts += 1;
-            let known = families
-                .iter()
-                .position(|(topic, _)| *topic == verdict.topic);
-            let place = known.unwrap_or_else(|| {
-                families.push((verdict.topic.clone(), 0));
-                families.len() - 1
-            });
-            if verdict.kind == VerdictKind::Differ {
-                families[place].1 += 1;
-                rings = true;
-            }
+            let rung = verdict.kind == VerdictKind::Differ;
+            *families.entry(verdict.topic.clone()).or_default() += usize::from(rung);
+            rings |= rung;
         }
         any += usize::from(rings);
         log.progress((seed + 1) as f64 / cases as f64, "");
     }
     must!(log, verdicts >= 4 * cases; "{verdicts} verdicts of {cases} cases");
+    let share = |count: usize| count as f64 / cases as f64;
     for (topic, count) in families {
-        alarms(
-            log,
-            &topic,
-            count as f64 / cases as f64,
-            cases,
-            STATED / 4.0,
-        )?;
+        alarms(log, &topic, share(count), cases, STATED / 4.0)?;
     }
-    alarms(
-        log,
-        "any in a case",
-        any as f64 / cases as f64,
-        cases,
-        STATED,
-    )?;
-    Ok(())
+    alarms(log, "any in a case", share(any), cases, STATED)
 }

@@ -4,7 +4,9 @@ use std::any::Any;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::table::TrialTableRow;
+use stosszahl_analysis::statistics::Estimate;
+
+use crate::table::{RowPlace, TrialTableRow};
 use crate::{Done, Effort};
 
 /// Numbers, faults and rows of one trial.
@@ -65,6 +67,18 @@ impl TrialLog {
             say(&row.line());
         }
         self.rows.push(row);
+    }
+
+    /// Records a claim about a quantity; `tolerance` is absolute, and `None` if nothing is claimed.
+    pub(crate) fn claim(
+        &mut self,
+        place: &RowPlace,
+        quantity: impl Into<String>,
+        expected: f64,
+        found: Estimate,
+        tolerance: Option<f64>,
+    ) {
+        self.add(place.row(quantity, expected, found, tolerance));
     }
 
     /// Returns the rows of all claims so far.

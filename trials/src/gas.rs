@@ -165,30 +165,26 @@ pub(crate) fn scattered(
     (0..count).map(|_| vector![place(0), place(1)]).collect()
 }
 
-/// Draws positions without overlap by trial, one disk after another in the order of their sizes;
-/// `None` if one finds no place in a number of attempts. Cost N^2.
-pub(crate) fn place_by_trial<Z: Sizes>(
+/// Draws positions of disks without overlap.
+///
+/// # Errors
+/// [`PlacementError`](initial::PlacementError) if one finds no place.
+pub(crate) fn random_places<Z: Sizes>(
     sizes: &Z,
     count: usize,
     domain: &Domain<Plane>,
-    attempts: usize,
-    stream: &mut Stream,
-) -> Option<Vec<Vector2<f64>>> {
-    let radius = |index: usize| sizes.radius(sizes.tag_of(index));
-    let lengths = domain.lengths();
-    let mut order: Vec<usize> = (0..count).collect();
-    order.sort_by(|&a, &b| radius(b).total_cmp(&radius(a)));
-    let mut positions = vec![Vector2::zeros(); count];
-    for (placed, &who) in order.iter().enumerate() {
-        positions[who] = (0..attempts).find_map(|_| {
-            let at = scattered(1, [0.0; 2], lengths.into(), stream)[0];
-            let free = |&other: &usize| {
-                domain.distance(at, positions[other]) > radius(who) + radius(other)
-            };
-            order[..placed].iter().all(free).then_some(at)
-        })?;
-    }
-    Some(positions)
+    seed: u64,
+) -> Result<Vec<Vector2<f64>>, initial::PlacementError> {
+    let radii: Vec<f64> = (0..count)
+        .map(|index| sizes.radius(sizes.tag_of(index)))
+        .collect();
+    let found = initial::place_unequal(
+        &radii,
+        domain,
+        &Streams::new(seed, 0),
+        &Interrupt::default(),
+    );
+    Ok(found?.positions)
 }
 
 /// Creates a Maxwellian gas of unit disks at temperature one, `aspect` being the height over width

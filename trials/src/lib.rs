@@ -12,7 +12,6 @@ mod trial;
 pub mod arguments;
 mod bench;
 pub mod calibrate;
-pub mod commands;
 pub mod docs;
 mod findings;
 pub mod gas;

@@ -4,9 +4,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use stosszahl_model::memory;
-use stosszahl_trials::{arguments::TrialArguments, commands};
+use stosszahl_trials::arguments::{TrialArguments, execute};
 
 fn main() -> ExitCode {
     memory::return_large_blocks();
-    commands::execute(TrialArguments::parse())
+    execute(TrialArguments::parse())
 }

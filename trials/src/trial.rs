@@ -1,11 +1,15 @@
 //! Definition of a trial, and the loop that runs trials.
 
 use std::fmt;
+use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
+use stosszahl_model::Interrupt;
+use stosszahl_results::Existing;
+use stosszahl_study::RunOptions;
 
 use crate::findings::said;
 use crate::table::TrialTableRow;
@@ -185,6 +189,24 @@ pub(crate) fn chosen<T: Copy>(
         return Ok(all.to_vec());
     }
     wanted.iter().map(named).collect()
+}
+
+/// Returns the options of a run of a case, on all cores, without a report of its progress.
+pub(crate) fn run_options<'a>(
+    out: Option<&Path>,
+    existing: Existing,
+    stop: &'a Interrupt,
+    commit: &'a str,
+) -> RunOptions<'a> {
+    RunOptions {
+        out: out.map(Path::to_owned),
+        existing,
+        threads: None,
+        ignore_memory_limit: false,
+        stop,
+        progress: &(),
+        commit,
+    }
 }
 
 /// Outcome of a trial.

@@ -1,59 +1,66 @@
 //! Numbers in the tables of finished runs.
 
-use std::path::Path;
+use std::array;
 
 use stosszahl_case::paper::{Errors, number};
-use stosszahl_results::{Role, Stored, SweepPoint, Table, TableCell, TableColumn, TableEstimate};
+use stosszahl_results::{FinishedPoints, KeyCondition, RowKey, Stored, TableEstimate};
 use stosszahl_study::measures::mean_over_replicas;
 use toml::Value;
 
-use crate::ReproduceError;
 use crate::number_location::{COLLISIONS, NumberLocation, NumberSource, SECONDS, same_name};
 
 /// Name of the column that distinguishes replicas.
 const REPLICA: &str = "replica";
-/// Largest relative distance of a number from that of a row: times have three digits in words.
-const NEAR: f64 = 4e-3;
 
-/// Finished points of a run.
-pub(crate) struct FinishedPoints(Vec<(SweepPoint, Stored)>);
+/// Finds a number with its error in the finished points of its run.
+///
+/// # Errors
+/// The reason why there is none.
+pub(crate) fn find_number(
+    points: &FinishedPoints,
+    spot: &NumberLocation<'_>,
+) -> Result<TableEstimate, String> {
+    let stored = &points
+        .point(&spot.point)
+        .map_err(|error| error.to_string())?
+        .1;
+    let (table, column) = match spot.source {
+        NumberSource::Derived(name) => {
+            return derived(stored, name)
+                .ok_or_else(|| format!("{name} does not follow from the case"));
+        }
+        NumberSource::Column(table, column) => (table, column),
+    };
+    let find = || {
+        let table = stored.table(table)?;
+        let keys: Vec<RowKey<'_>> = spot.keys.iter().map(condition).collect();
+        let rows = table.find_rows(&keys)?;
+        let found: Result<Vec<_>, _> = rows.iter().map(|row| row.estimate(column)).collect();
+        Ok((table, found?))
+    };
+    let (table, found) =
+        find().map_err(|error: stosszahl_results::NumberNotFound| error.to_string())?;
+    let mut all = if table.find_column(REPLICA).is_some() && !spot.keys.contains_key(REPLICA) {
+        mean_over_replicas(found.iter().map(|one| one.value))
+    } else {
+        mean(&found, spot)?
+    };
+    all.replicas = (spot.errors == Errors::Replicas && all.standard_error != Some(0.0))
+        .then(|| all.replicas.unwrap_or(stored.manifest.replicas as usize));
+    Ok(all)
+}
 
-impl FinishedPoints {
-    /// Reads a results folder; points that are not finished are left out.
-    pub(crate) fn read_folder(folder: &Path) -> Result<Self, ReproduceError> {
-        Ok(Self(Stored::points(folder)?))
-    }
-
-    /// Finds a number with its error.
-    ///
-    /// # Errors
-    /// The reason why there is none.
-    pub(crate) fn find_number(&self, spot: &NumberLocation<'_>) -> Result<TableEstimate, String> {
-        let point = self.0.iter().find(|point| point.0.name == spot.point);
-        let (_, stored) =
-            point.ok_or_else(|| format!("the point {} is not finished", spot.point))?;
-        let (table, column) = match spot.source {
-            NumberSource::Derived(name) => {
-                return derived(stored, name)
-                    .ok_or_else(|| format!("{name} does not follow from the case"));
-            }
-            NumberSource::Column(table, column) => (table, column),
-        };
-        let table = stored.tables.iter().find(|one| one.name == table);
-        let table = table.ok_or("there is no such table")?;
-        let column = table.find_column(column).ok_or("there is no such column")?;
-        let rows = rows(table, spot)?;
-        let found = estimates(table, column, &rows)?;
-        let is_replica = |column: &TableColumn| column.name == REPLICA;
-        let mut all = if table.columns.iter().any(is_replica) && !spot.keys.contains_key(REPLICA) {
-            mean_over_replicas(found.iter().map(|one| one.value))
-        } else {
-            mean(&found, spot)?
-        };
-        all.replicas = (spot.errors == Errors::Replicas && all.standard_error != Some(0.0))
-            .then(|| all.replicas.unwrap_or(stored.manifest.replicas as usize));
-        Ok(all)
-    }
+/// Returns the condition of a key of a claim: a word, a number, or a range of two numbers.
+fn condition<'a>((&key, value): (&&'a str, &'a Value)) -> RowKey<'a> {
+    let condition = match value {
+        Value::String(word) => KeyCondition::Is(word),
+        Value::Array(ends) => {
+            let end = |at: usize| ends.get(at).and_then(number).unwrap_or(f64::NAN);
+            KeyCondition::Within(array::from_fn(end))
+        }
+        value => KeyCondition::At(number(value).unwrap_or(f64::NAN)),
+    };
+    (key, condition)
 }
 
 /// Returns a quantity that follows from a case, or the work of its engines, over all of them and
@@ -71,74 +78,6 @@ fn derived(stored: &Stored, name: &str) -> Option<TableEstimate> {
     };
     // Unknown fluctuation between runs.
     Some(TableEstimate::with_error(work, None))
-}
-
-/// Returns the rows whose key columns fit.
-fn rows<'t>(table: &'t Table, spot: &NumberLocation<'_>) -> Result<Vec<&'t [TableCell]>, String> {
-    let mut rows: Vec<&[TableCell]> = table.rows.iter().map(Vec::as_slice).collect();
-    for (&key, value) in &spot.keys {
-        let column = table
-            .find_column(key)
-            .ok_or_else(|| format!("there is no column {key}"))?;
-        rows.retain(|row| fits(&row[column], value));
-        if rows.is_empty() {
-            return Err(format!(
-                "the table {} has no row where {key} = {value}",
-                table.name
-            ));
-        }
-    }
-    Ok(rows)
-}
-
-/// Returns true if a cell has the requested value.
-fn fits(cell: &TableCell, value: &Value) -> bool {
-    match (cell, value) {
-        (TableCell::Text(text), Value::String(asked)) => text == asked,
-        (TableCell::Text(text), Value::Integer(asked)) => *text == asked.to_string(),
-        (_, Value::Array(ends)) => {
-            let ends: Vec<f64> = ends.iter().filter_map(number).collect();
-            matches!((cell.number(), &ends[..]), (Some(found), [from, to]) if (*from..=*to).contains(&found))
-        }
-        (cell, value) => {
-            let both = cell.number().zip(number(value));
-            both.is_some_and(|(found, asked)| (found - asked).abs() <= NEAR * asked.abs() + 1e-12)
-        }
-    }
-}
-
-/// Returns the numbers of some rows in a column, with the errors next to them.
-fn estimates(
-    table: &Table,
-    column: usize,
-    rows: &[&[TableCell]],
-) -> Result<Vec<TableEstimate>, String> {
-    let companion = |role: Role| {
-        let next = table.columns.get(column + 1)?;
-        (next.role == role).then_some(column + 1)
-    };
-    let is_theory = table.columns[column].role == Role::Theory;
-    let error = companion(if is_theory {
-        Role::TheoryError
-    } else {
-        Role::StandardError
-    });
-    let one = |row: &&[TableCell]| {
-        let value = row[column].number();
-        let value = value.ok_or_else(|| {
-            format!(
-                "{} of {} is empty there",
-                table.columns[column].name, table.name
-            )
-        })?;
-        let known = error.and_then(|error| row[error].number());
-        // Error zero for a theory without an error column.
-        Ok(TableEstimate::with_error(
-            value,
-            known.or(is_theory.then_some(0.0)),
-        ))
-    };
-    rows.iter().map(one).collect()
 }
 
 /// Returns the value of the only row found, or the mean over the rows if the keys give a range. The

@@ -6,11 +6,10 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use stosszahl_report::{figure_anchor, paper, write_held_report};
-use stosszahl_results::{Existing, write_file};
+use stosszahl_results::{Existing, FinishedPoints, write_file};
 use stosszahl_study::{RunOptions, run_case};
 
 use crate::ReproduceError;
-use crate::find::FinishedPoints;
 use crate::judged::Judged;
 use crate::plan::Reproduction;
 

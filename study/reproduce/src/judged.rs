@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use stosszahl_report::{PaperClaim, PaperFigure, PaperPage, PaperRun};
-use stosszahl_results::{Table, TableCell, TableEstimate, VerdictKind, VerdictText};
+use stosszahl_results::{
+    FinishedPoints, Table, TableCell, TableEstimate, VerdictKind, VerdictText,
+};
 use stosszahl_study::judge::{self, ClaimedValue, digits, short, with_error};
 
-use crate::find::{FinishedPoints, quotient};
+use crate::find::{find_number, quotient};
 use crate::number_location::{NumberLocation, NumberSource};
 use crate::plan::{Item, Reproduction, drawn_number};
 
@@ -238,7 +240,7 @@ impl Item<'_> {
     ) -> Result<TableEstimate, String> {
         let find = |spot: &NumberLocation<'_>| {
             let run = results.get(spot.run).ok_or("the run is not finished")?;
-            run.find_number(spot)
+            find_number(run, spot)
         };
         let own = find(&self.number)?;
         let Some(over) = &self.over else {

@@ -153,31 +153,24 @@ impl BenchEd {
         let done = tally.collisions;
         let per_event = 1.0 / spread.events.max(1) as f64;
         let each = |count: u64| count as f64 / done.max(1) as f64;
-        Ok(Speed(vec![
-            ("disks", self.disks.into()),
-            ("packing_fraction", packing.into()),
-            ("restitution", restitution.into()),
-            ("collisions", done.into()),
-            ("seconds", seconds.into()),
-            ("collisions_per_second", (done as f64 / seconds).into()),
-            ("collisions_per_cpu_second", (done as f64 / cpu).into()),
-            (
-                "bytes_per_disk",
-                (bytes as f64 / f64::from(self.disks)).into(),
-            ),
-            ("predictions_per_collision", each(tally.predictions).into()),
-            ("pushes_per_collision", each(tally.pushes).into()),
-            ("crossings_per_collision", each(tally.crossings).into()),
-            ("stale_per_collision", each(stale).into()),
-            ("broken_per_collision", each(tally.broken).into()),
-            ("threads", self.threads.into()),
-            ("windows", spread.windows.into()),
-            ("windows_done_again", spread.retries.into()),
-            (
-                "events_done_twice",
-                (spread.twice as f64 * per_event).into(),
-            ),
-            ("events_lost", (spread.lost as f64 * per_event).into()),
-        ]))
+        Ok(Speed::default()
+            .with("disks", self.disks)
+            .with("packing_fraction", packing)
+            .with("restitution", restitution)
+            .with("collisions", done)
+            .with("seconds", seconds)
+            .with("collisions_per_second", done as f64 / seconds)
+            .with("collisions_per_cpu_second", done as f64 / cpu)
+            .with("bytes_per_disk", bytes as f64 / f64::from(self.disks))
+            .with("predictions_per_collision", each(tally.predictions))
+            .with("pushes_per_collision", each(tally.pushes))
+            .with("crossings_per_collision", each(tally.crossings))
+            .with("stale_per_collision", each(stale))
+            .with("broken_per_collision", each(tally.broken))
+            .with("threads", self.threads)
+            .with("windows", spread.windows)
+            .with("windows_done_again", spread.retries)
+            .with("events_done_twice", spread.twice as f64 * per_event)
+            .with("events_lost", spread.lost as f64 * per_event))
     }
 }

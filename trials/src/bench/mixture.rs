@@ -1,6 +1,7 @@
 //! `stosszahl-trials bench mixture`: a highly polydisperse cooling gas of spheres, the case of
 //! Table I of Bodrova & Osinsky (2024).
 
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use stosszahl_dsmc::homogeneous::{
     AliasTableSelection, Bird, HomogeneousEngine, LowRank, PairCorrelationFactor, SelectionMethod,
@@ -105,28 +106,19 @@ impl BenchMixture {
         let collisions = tally.collisions;
         let each = |count: u64| count as f64 / collisions.max(1) as f64;
         let selection = self.selection.to_possible_value();
-        Ok(Speed(vec![
-            (
-                "selection",
-                selection.as_ref().map_or("", |name| name.get_name()).into(),
-            ),
-            ("particles", particles.into()),
-            ("sizes", sizes.into()),
-            ("seconds", seconds.into()),
-            ("collisions", collisions.into()),
-            (
-                "collisions_per_second",
-                (collisions as f64 / seconds).into(),
-            ),
-            ("trials_per_collision", each(tally.trials).into()),
-            ("proposals_per_collision", each(tally.proposals).into()),
-            ("rebuilds", tally.rebuilds.into()),
-            ("time", engine.time().into()),
-            ("final_energy", engine.gas().kinetic_energy().into()),
-            (
-                "bytes_per_particle",
-                (engine.memory_bytes() as f64 / particles as f64).into(),
-            ),
-        ]))
+        let bytes = engine.memory_bytes() as f64 / particles as f64;
+        Ok(Speed::default()
+            .with("selection", selection.as_ref().map(PossibleValue::get_name))
+            .with("particles", particles)
+            .with("sizes", sizes)
+            .with("seconds", seconds)
+            .with("collisions", collisions)
+            .with("collisions_per_second", collisions as f64 / seconds)
+            .with("trials_per_collision", each(tally.trials))
+            .with("proposals_per_collision", each(tally.proposals))
+            .with("rebuilds", tally.rebuilds)
+            .with("time", engine.time())
+            .with("final_energy", engine.gas().kinetic_energy())
+            .with("bytes_per_particle", bytes))
     }
 }

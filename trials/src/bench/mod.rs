@@ -16,10 +16,16 @@ pub use mixture::{BenchMixture, CountRounding, SelectionArgument};
 pub use monte_carlo::BenchDsmc;
 
 /// Measured numbers, by the names that scripts rely on.
-#[derive(Clone, Debug)]
-pub(crate) struct Speed(pub Vec<(&'static str, Value)>);
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Speed(Vec<(&'static str, Value)>);
 
 impl Speed {
+    /// Adds a number, or a word.
+    pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
+        self.0.push((name, value.into()));
+        self
+    }
+
     /// Returns one of the numbers; NaN if there is none of this name.
     pub fn number(&self, name: &str) -> f64 {
         let found = self.0.iter().find(|(key, _)| *key == name);

@@ -98,25 +98,22 @@ impl BenchDsmc {
         let trials = (engine.tally().trials - tally.trials) as f64 / collisions.max(1.0);
         let done = simulators as f64 * steps as f64;
         let rate = 2.0 * collisions / simulators as f64 / (engine.time() - time) / theory;
-        Ok(Speed(vec![
-            ("dimension", S::DIMENSION.into()),
-            ("threads", rayon::current_num_threads().into()),
-            ("simulators", simulators.into()),
-            ("cells", engine.grid().cells().into()),
-            ("steps", steps.into()),
-            ("seconds", seconds.into()),
-            ("cpu_seconds", cpu.into()),
-            ("particle_steps_per_second", (done / seconds).into()),
-            ("particle_steps_per_cpu_second", (done / cpu).into()),
-            ("collisions_per_second", (collisions / seconds).into()),
-            ("collisions_per_step", (collisions / done).into()),
-            ("collision_rate_over_theory", rate.into()),
-            ("trials_per_collision", trials.into()),
-            (
-                "bytes_per_simulator",
-                (engine.memory_bytes() as f64 / simulators as f64).into(),
-            ),
-        ]))
+        let bytes = engine.memory_bytes() as f64 / simulators as f64;
+        Ok(Speed::default()
+            .with("dimension", S::DIMENSION)
+            .with("threads", rayon::current_num_threads())
+            .with("simulators", simulators)
+            .with("cells", engine.grid().cells())
+            .with("steps", steps)
+            .with("seconds", seconds)
+            .with("cpu_seconds", cpu)
+            .with("particle_steps_per_second", done / seconds)
+            .with("particle_steps_per_cpu_second", done / cpu)
+            .with("collisions_per_second", collisions / seconds)
+            .with("collisions_per_step", collisions / done)
+            .with("collision_rate_over_theory", rate)
+            .with("trials_per_collision", trials)
+            .with("bytes_per_simulator", bytes))
     }
 }
 

@@ -4,29 +4,20 @@
 //! not differ, whatever the distribution is. A known difference is then planted on them. Profiles
 //! are drawn from normal distributions, as means over blocks of time.
 
-use std::fmt::Display;
-use std::path::Path;
-
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
-use statrs::distribution::{Binomial, DiscreteCDF};
 use stosszahl_analysis::statistics::Estimate as Mean;
-use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
-use stosszahl_model::Interrupt;
+use stosszahl_analysis::windows::CollisionWindow;
 use stosszahl_results::{
-    Existing, Stored, Table, TableCell, TableEstimate, VerdictKind, VerdictText,
+    KeyCondition::Is, NumberNotFound, Stored, Table, TableEstimate, VerdictKind, VerdictText,
 };
-use stosszahl_study::judge::{
-    self, ComparedPair, Comparison, DifferenceUnit, ImpactTest, Places, VerdictRule,
-};
-use stosszahl_study::{RunOptions, run_case};
+use stosszahl_study::judge::{self, ImpactTest, VerdictRule};
 
-use super::CHANCE;
+use super::{LEVEL, empty_window, highest_rate, judge_energies, run_case_text};
+use crate::table::mean;
 use crate::{Done, TrialError, TrialLog};
 
-/// Stated probability of a wrong verdict, for each comparison alone.
-const LEVEL: f64 = 0.05;
 /// True differences, in units of the margin.
 const DIFFERENCES: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
 /// Numbers of replicas with which verdicts are drawn.
@@ -69,44 +60,25 @@ struct Pool {
     replicas: Vec<Replica>,
 }
 
-fn failed(error: impl Display) -> TrialError {
-    TrialError::failed(error.to_string())
-}
-
-/// Returns the number in a column of a row; NaN without one.
-fn number(table: &Table, row: &[TableCell], column: &str) -> f64 {
-    let place = table.find_column(column);
-    place
-        .and_then(|place| row[place].number())
-        .unwrap_or(f64::NAN)
-}
-
-/// Returns the rows of one engine.
-fn rows<'a>(table: &'a Table, engine: &'a str) -> impl Iterator<Item = &'a [TableCell]> {
-    let place = table.find_column("engine");
-    let wanted = move |row: &&Vec<TableCell>| {
-        place.is_some_and(|place| row[place] == TableCell::Text(engine.to_owned()))
-    };
-    table.rows.iter().filter(wanted).map(Vec::as_slice)
-}
-
 /// Rebuilds the spans and the windows of impact parameters of one engine from the counts of a
 /// table.
-fn windows(table: &Table, engine: &str) -> (Vec<[f64; 2]>, Vec<CollisionWindow>) {
-    let (mut spans, mut windows): (Vec<[f64; 2]>, Vec<CollisionWindow>) = (Vec::new(), Vec::new());
-    for row in rows(table, engine) {
-        let span = ["window_start", "window_end"].map(|name| number(table, row, name));
+fn windows(
+    table: &Table,
+    engine: &str,
+) -> Result<(Vec<[f64; 2]>, Vec<CollisionWindow>), NumberNotFound> {
+    let (mut spans, mut windows) = (Vec::new(), Vec::new());
+    for row in table.find_rows(&[("engine", Is(engine))])? {
+        let span = [row.number("window_start")?, row.number("window_end")?];
         if spans.last() != Some(&span) {
             spans.push(span);
-            let mut empty = CollisionWindows::new(&[span], 20, 1, 0.0, 1.0).windows;
-            windows.extend(empty.pop());
+            windows.push(empty_window(span));
         }
         if let Some(window) = windows.last_mut() {
-            let bin = (20.0 * number(table, row, "bin_low")).round() as usize;
-            put(window, bin, number(table, row, "count") as u64);
+            let bin = (20.0 * row.number("bin_low")?).round() as usize;
+            put(window, bin, row.number("count")? as u64);
         }
     }
-    (spans, windows)
+    Ok((spans, windows))
 }
 
 /// Adds collisions to a bin of a window, uniform within the bin.
@@ -118,6 +90,15 @@ fn put(window: &mut CollisionWindow, bin: usize, count: u64) {
     window.impact_square += count as f64 * (place * place + 1.0 / 4800.0);
 }
 
+/// Returns the number of gases in a pool, and the numbers of replicas that are drawn from it.
+fn extent(log: &TrialLog) -> (usize, &'static [usize]) {
+    if log.effort.quick {
+        (24, &REPLICAS[1..2])
+    } else {
+        (400, &REPLICAS)
+    }
+}
+
 /// Runs single replicas of a case, and collects energies and impact parameters of each engine.
 fn pools(
     log: &mut TrialLog,
@@ -125,54 +106,36 @@ fn pools(
     name: &str,
     count: usize,
 ) -> Result<Vec<Pool>, TrialError> {
-    let folder = tempfile::tempdir().map_err(failed)?;
+    let folder = tempfile::tempdir()?;
     let mut pools: Vec<Pool> = Vec::new();
     for seed in 0..count {
-        let set = [format!("seed={}", 1000 + seed)];
-        let file = stosszahl_study::format()
-            .from_text(Path::new("pool.toml"), text, &set)
-            .map_err(failed)?;
-        let options = RunOptions {
-            out: Some(folder.path().join("case")),
-            existing: Existing::Replace,
-            threads: Some(1),
-            ignore_memory_limit: false,
-            commit: "",
-            stop: &Interrupt::default(),
-            progress: &(),
-        };
-        let summary = run_case(&file, &options).map_err(failed)?;
-        let stored = Stored::read(&summary.folder).map_err(failed)?;
+        let summary = run_case_text(text, 1000 + seed, folder.path())?;
+        let stored = Stored::read(&summary.folder)?;
         let stored = stored.ok_or_else(|| TrialError::failed("no results"))?;
-        let table = |name: &str| stored.tables.iter().find(|table| table.name == name);
         for engine in &stored.manifest.engines {
+            let (mut times, mut energies) = (Vec::new(), Vec::new());
+            if let Ok(energy) = stored.table("energy") {
+                for row in energy.find_rows(&[("engine", Is(&engine.engine))])? {
+                    let time = row.number("time")?;
+                    if time > 0.0 {
+                        times.push(time);
+                        energies.push(row.number("energy_ratio")?);
+                    }
+                }
+            }
+            let (spans, windows) = windows(stored.table("impact_parameter")?, &engine.engine)?;
             let title = format!("{name}, {}", engine.engine);
-            let energy = table("energy");
-            let column = |name: &str| -> Vec<f64> {
-                let all = energy.into_iter().flat_map(|table| {
-                    let own = rows(table, &engine.engine);
-                    let later = own.filter(|row| number(table, row, "time") > 0.0);
-                    later.map(|row| number(table, row, name))
-                });
-                all.collect()
-            };
-            let impact = table("impact_parameter");
-            let (spans, windows) =
-                impact.map_or((vec![], vec![]), |table| windows(table, &engine.engine));
             let known = pools.iter().position(|pool| pool.name == title);
-            let place = known.unwrap_or(pools.len());
-            if known.is_none() {
+            let place = known.unwrap_or_else(|| {
                 pools.push(Pool {
                     name: title,
-                    times: column("time"),
+                    times,
                     spans,
                     replicas: Vec::new(),
                 });
-            }
-            pools[place].replicas.push(Replica {
-                energies: column("energy_ratio"),
-                windows,
+                pools.len() - 1
             });
+            pools[place].replicas.push(Replica { energies, windows });
         }
         log.progress((seed + 1) as f64 / count as f64, name);
     }
@@ -228,8 +191,7 @@ fn measure(
     mut draw: impl FnMut(&mut Xoshiro256PlusPlus, usize, f64) -> Option<VerdictText>,
 ) -> Done {
     let samples = if log.effort.quick { 200 } else { 1000 };
-    let law = Binomial::new(LEVEL, samples as u64).map_err(failed)?;
-    let most = law.inverse_cdf(1.0 - CHANCE) as f64 / samples as f64;
+    let most = highest_rate(LEVEL, samples)?;
     for &count in counts {
         for difference in DIFFERENCES {
             let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);
@@ -243,22 +205,13 @@ fn measure(
             let share = |number: usize| number as f64 / rates.samples.max(1) as f64;
             let [agree, differ, missed] = [rates.agree, rates.differ, rates.missed].map(share);
             let row = format!("{what}, {count} replicas, {difference} margins");
-            let inflation = if rates.differ > 0 && difference > 0.0 {
-                format!(
-                    ", estimate over truth {:.2}",
-                    rates.inflation / rates.differ as f64
-                )
-            } else {
-                String::new()
+            let inflation = match rates.inflation / rates.differ as f64 {
+                mean if mean.is_finite() => format!(", estimate over truth {mean:.2}"),
+                _ => String::new(),
             };
-            found!(
-                log;
-                "{row}: agree {:.1}, differ {:.1}, undecided {:.1}, bound missed {:.1} of 100{inflation}",
-                100.0 * agree,
-                100.0 * differ,
-                100.0 * (1.0 - agree - differ),
-                100.0 * missed
-            );
+            let undecided = 1.0 - agree - differ;
+            let [a, b, c, d] = [agree, differ, undecided, missed].map(|share| 100.0 * share);
+            found!(log; "{row}: agree {a:.1}, differ {b:.1}, undecided {c:.1}, bound missed {d:.1} of 100{inflation}");
             must!(log, rates.samples == samples; "{row}: {} verdicts", rates.samples);
             log.at_most(&format!("{row}: bounds missed"), missed, most);
             if difference == 0.0 {
@@ -272,30 +225,16 @@ fn measure(
     Ok(())
 }
 
-/// Creates the rule of one comparison alone.
-fn rule(margin: f64) -> VerdictRule {
-    VerdictRule::new(LEVEL, margin)
-}
-
 /// Compares energies of cooling gases: two draws from the pool of one engine, the first raised by
 /// the planted difference at all times.
 pub(super) fn cooling(log: &mut TrialLog) -> Done {
-    let count = if log.effort.quick { 24 } else { 400 };
+    let (count, counts) = extent(log);
     let chaos = "[engine.dsmc-contact-point]\nsimulators_per_particle = 1\n[measure.energy]";
     let pools = pools(log, &case_text(0.8, chaos), "cooling", count)?;
-    let counts = if log.effort.quick {
-        &REPLICAS[1..2]
-    } else {
-        &REPLICAS[..]
-    };
     for pool in &pools {
-        let spread = Mean::over_replicas(
-            &(pool.replicas.iter())
-                .filter_map(|one| Some(one.energies.last()?.ln()))
-                .collect::<Vec<_>>(),
-        );
-        let spread = spread.and_then(|mean| mean.standard_error).unwrap_or(0.0);
-        let spread = spread * (count as f64).sqrt();
+        let last = |one: &Replica| Some(one.energies.last()?.ln());
+        let spread = mean(pool.replicas.iter().filter_map(last))?;
+        let spread = spread.standard_error.unwrap_or(f64::NAN) * (count as f64).sqrt();
         // Margin of two spreads of one replica: eight replicas find a difference of two margins in
         // most cases.
         let margin = 2.0 * spread;
@@ -309,16 +248,7 @@ pub(super) fn cooling(log: &mut TrialLog) -> Done {
                 both.iter().map(pair).collect()
             };
             let pairs: Vec<Vec<(f64, f64)>> = (0..pool.times.len()).map(at).collect();
-            let comparison = Comparison {
-                topic: "energy",
-                a: "a",
-                b: "b",
-                quantity: "energy",
-                unit: DifferenceUnit::Relative,
-                rule: rule(margin),
-            };
-            let places = Places::Times(&pool.times);
-            ComparedPair { comparison, places }.judge(&pairs)
+            judge_energies(&pairs, &pool.times, VerdictRule::new(LEVEL, margin))
         })?;
         // Monte Carlo only: the impact parameters of clustered exact disks have a slope.
         if pool.name.contains("contact-point") {
@@ -330,13 +260,8 @@ pub(super) fn cooling(log: &mut TrialLog) -> Done {
 
 /// Compares impact parameters of elastic exact disks with uniform ones.
 pub(super) fn elastic(log: &mut TrialLog) -> Done {
-    let count = if log.effort.quick { 24 } else { 400 };
+    let (count, counts) = extent(log);
     let pools = pools(log, &case_text(1.0, ""), "elastic", count)?;
-    let counts = if log.effort.quick {
-        &REPLICAS[1..2]
-    } else {
-        &REPLICAS[..]
-    };
     pools.iter().try_for_each(|pool| impact(log, pool, counts))
 }
 
@@ -364,12 +289,8 @@ fn impact(log: &mut TrialLog, pool: &Pool, counts: &[usize]) -> Done {
             ImpactTest::test_window(span, &all)
         };
         let tests: Vec<ImpactTest> = pool.spans.iter().enumerate().map(test).collect();
-        Some(judge::impact_parameters(
-            "P(b/d)",
-            "a",
-            &tests,
-            &rule(margin),
-        ))
+        let rule = VerdictRule::new(LEVEL, margin);
+        Some(judge::impact_parameters("P(b/d)", "a", &tests, &rule))
     })
 }
 
@@ -387,12 +308,8 @@ fn tilted(window: &CollisionWindow, over: bool, slope: f64) -> CollisionWindow {
     for (bin, &count) in window.bins.iter().enumerate() {
         let bin = if over { bins - 1 - bin } else { bin };
         let place = (bin as f64 + 0.5) / bins as f64;
-        let factor = 1.0 + slope * (place - 0.5);
-        put(
-            &mut tilted,
-            bin,
-            (count as f64 * factor.max(0.0)).round() as u64,
-        );
+        let factor = (1.0 + slope * (place - 0.5)).max(0.0);
+        put(&mut tilted, bin, (count as f64 * factor).round() as u64);
     }
     tilted
 }
@@ -403,16 +320,17 @@ pub(super) fn profiles(log: &mut TrialLog) -> Done {
     const PLACES: usize = 20;
     const SPREAD: f64 = 0.06;
     const MARGIN: f64 = 0.05;
+    let rule = VerdictRule::new(LEVEL, MARGIN);
     measure(
         log,
         "profiles",
         MARGIN,
         &[BLOCKS],
         |stream, blocks, truth| {
-            let mut mean = |centre: f64| {
-                let values: Vec<f64> = (0..blocks)
-                    .map(|_| centre * (1.0 + SPREAD * stream.sample::<f64, _>(StandardNormal)))
-                    .collect();
+            let mut drawn = |centre: f64| {
+                let mut value =
+                    || centre * (1.0 + SPREAD * stream.sample::<f64, _>(StandardNormal));
+                let values: Vec<f64> = (0..blocks).map(|_| value()).collect();
                 let mean = Mean::over_replicas(&values);
                 mean.map_or(TableEstimate::default(), |mean| {
                     TableEstimate::with_error(mean.value, mean.standard_error)
@@ -421,17 +339,11 @@ pub(super) fn profiles(log: &mut TrialLog) -> Done {
             let place = |place: usize| {
                 let centre = 1.0 + 0.1 * place as f64;
                 // Difference at all places, so that agreement is false at each.
-                let pair = [mean(centre * (1.0 + truth)), mean(centre)];
+                let pair = [drawn(centre * (1.0 + truth)), drawn(centre)];
                 (pair, format!("y = {place}"))
             };
             let places: Vec<_> = (0..PLACES).map(place).collect();
-            judge::profiles(
-                "profile",
-                ["a", "b", "density"],
-                &places,
-                blocks,
-                &rule(MARGIN),
-            )
+            judge::profiles("profile", ["a", "b", "density"], &places, blocks, &rule)
         },
     )
 }

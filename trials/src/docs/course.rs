@@ -3,11 +3,11 @@
 
 use std::fmt::Write as _;
 
-use stosszahl_results::{Table, TableEstimate, table};
+use stosszahl_results::{FinishedPoints, Table, TableRow, table};
 
 use super::data::{DataMaker, DataTable};
-use super::results::{FinishedRun, KeyCondition, MeasuredNumber, ResultRow};
-use super::tables::of_window;
+use super::results::{At, Is, number_text};
+use super::tables::{energy_ratio, exact_energy, of_window};
 use crate::TrialError;
 
 /// Maker of the block of 10 000 exact disks and of 64 simulators for each.
@@ -30,13 +30,12 @@ pub(super) const UNBIASED: DataMaker = DataMaker::Data {
 
 const DATA: DataTable = DataTable { columns, summary };
 
+/// Engine with Enskog's rate and pressure.
+pub(super) const CONTACT_POINT: &str = "dsmc-contact-point";
 /// Names of the engines, each with its title in the text.
-const ENGINES: [(&str, &str); 2] = [
-    ("ed", "exact disks"),
-    ("dsmc-contact-point", "contact point"),
-];
+const ENGINES: [(&str, &str); 2] = [("ed", "exact disks"), (CONTACT_POINT, "contact point")];
 /// Columns of the factors of a cooling rate, and of the cooling rate itself.
-const FACTORS: [&str; 5] = [
+pub(super) const FACTORS: [&str; 5] = [
     "rate_ratio",
     "speed_ratio",
     "impact_ratio",
@@ -56,114 +55,86 @@ fn columns() -> Table {
 }
 
 /// Creates the table of energies at times, and of factors in windows.
-fn course(results: &FinishedRun, times: &[f64], windows: &[[f64; 2]]) -> Result<Table, TrialError> {
+fn course(
+    results: &FinishedPoints,
+    times: &[f64],
+    windows: &[[f64; 2]],
+) -> Result<Table, TrialError> {
     let mut table = columns();
-    let mut add =
-        |quantity: &str, engine: &str, start: f64, end: Option<f64>, found: MeasuredNumber| {
-            let value = TableEstimate::with_error(found.value, Some(found.error));
-            table.add(((quantity, engine), (start, end), value));
-        };
-    let [(exact, _), (scheme, _)] = ENGINES;
+    let instant = None::<f64>;
     for &time in times {
-        let keys = [
-            ("engine", KeyCondition::Is(exact)),
-            ("time", KeyCondition::At(time)),
-        ];
-        let row = results.row("", "energy", &keys)?;
-        let ratio = row.measured("energy_ratio")?;
-        add("energy_ratio", exact, time, None, ratio);
-        let haff = ratio.divided_by(row.number("energy_ratio_theory")?);
-        add("energy_over_haff", exact, time, None, haff);
-        let keys = [
-            ("engine_a", KeyCondition::Is(exact)),
-            ("engine_b", KeyCondition::Is(scheme)),
-            ("time", KeyCondition::At(time)),
-        ];
-        let quotient = results.row("", "comparison", &keys)?;
-        let quotient = quotient.measured("energy_ratio_a_over_b")?;
-        add("energy_ratio_a_over_b", scheme, time, None, quotient);
+        let [ratio, haff] = exact_energy(results, time)?;
+        let other = energy_ratio(results, "", CONTACT_POINT, time)?;
+        table.add((("energy_ratio", "ed"), (time, instant), ratio));
+        table.add((("energy_over_haff", "ed"), (time, instant), haff));
+        table.add((
+            ("energy_ratio_a_over_b", CONTACT_POINT),
+            (time, instant),
+            other,
+        ));
     }
     for &window in windows {
         for (engine, _) in ENGINES {
-            let (keys, [start, end]) = (of_window(engine, window), window);
+            let keys = of_window(engine, window);
             let row = results.row("", "dissipation", &keys)?;
             for factor in FACTORS {
-                add(factor, engine, start, Some(end), row.measured(factor)?);
+                table.add(((factor, engine), window, row.measured(factor)?));
             }
             let row = results.row("", "impact_parameter_summary", &keys)?;
-            add("slope", engine, start, Some(end), row.measured("slope")?);
+            table.add((("slope", engine), window, row.measured("slope")?));
         }
     }
     Ok(table)
 }
 
-/// Returns the rows of a quantity of an engine.
-fn rows_of<'a>(
-    table: &'a Table,
-    quantity: &str,
-    engine: &str,
-) -> Result<Vec<ResultRow<'a>>, TrialError> {
-    let mut found = Vec::new();
-    for row in ResultRow::all_rows(table) {
-        if row.words("quantity")? == quantity && row.words("engine")? == engine {
-            found.push(row);
-        }
-    }
-    if found.is_empty() {
-        return Err(TrialError::failed(format!("no {quantity} of {engine}")));
-    }
-    Ok(found)
-}
-
 /// Formats the quotient of energies where it is largest and at the end, and the cooling rates and
 /// slopes of each window.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
-    let [(exact, _), (scheme, _)] = ENGINES;
-    let quotients = rows_of(table, "energy_ratio_a_over_b", scheme)?;
-    let (mut largest, mut value) = (quotients[0], f64::NEG_INFINITY);
+    let rows_of =
+        |quantity, engine| table.find_rows(&[("quantity", Is(quantity)), ("engine", Is(engine))]);
+    let quotients = rows_of("energy_ratio_a_over_b", CONTACT_POINT)?;
+    let value = |row: &&TableRow<'_>| row.number("value").unwrap_or(f64::NEG_INFINITY);
+    let mut largest = &quotients[0];
     for row in &quotients {
-        let found = row.number("value")?;
-        if found > value {
-            (largest, value) = (*row, found);
+        if value(&row) > value(&largest) {
+            largest = row;
         }
     }
-    let at = |row: &ResultRow<'_>| -> Result<String, TrialError> {
+    let at = |row: &TableRow<'_>| -> Result<String, TrialError> {
         let (found, time) = (row.measured("value")?, row.number("start")?);
-        Ok(format!("{} at t/t0 = {time}", found.text()))
+        Ok(format!("{} at t/t0 = {time}", number_text(found)))
     };
-    let last = quotients[quotients.len() - 1];
-    let haff = rows_of(table, "energy_over_haff", exact)?;
+    let haff = rows_of("energy_over_haff", "ed")?;
     let mut text = format!(
         "- Energy of exact disks over that of contact point: {}, largest {}. Over Haff's law it is {}.\n",
-        at(&last)?,
-        at(&largest)?,
+        at(&quotients[quotients.len() - 1])?,
+        at(largest)?,
         at(&haff[haff.len() - 1])?,
     );
-    let windows = rows_of(table, "dissipation_ratio", exact)?;
-    for (place, window) in windows.iter().enumerate() {
-        let (start, end) = (window.number("start")?, window.number("end")?);
+    for window in rows_of("dissipation_ratio", "ed")? {
+        let [start, end] = [window.number("start")?, window.number("end")?];
         let mut parts = Vec::new();
         for (engine, words) in ENGINES {
-            let own = |quantity: &str| -> Result<String, TrialError> {
-                let rows = rows_of(table, quantity, engine)?;
-                let row = rows.get(place).ok_or_else(|| {
-                    TrialError::failed(format!("no {quantity} of {engine} from {start} to {end}"))
-                })?;
-                Ok(row.measured("value")?.text())
+            let own = |quantity| -> Result<String, TrialError> {
+                let rows = table.find_rows(&[
+                    ("quantity", Is(quantity)),
+                    ("engine", Is(engine)),
+                    ("start", At(start)),
+                    ("end", At(end)),
+                ])?;
+                Ok(number_text(rows[0].measured("value")?))
             };
             let (cooling, slope) = (own("dissipation_ratio")?, own("slope")?);
             parts.push(format!("{words} {cooling} and {slope}"));
         }
+        let parts = parts.join(", ");
         let _ = writeln!(
             text,
-            "- Cooling rate over chaos and slope of P(b/d), t/t0 from {start} to {end}: {}.",
-            parts.join(", "),
+            "- Cooling rate over chaos and slope of P(b/d), t/t0 from {start} to {end}: {parts}."
         );
     }
-    let _ = write!(
-        text,
-        "\n[All {} numbers]({link}), with the factors of the cooling rates.",
-        table.rows.len()
-    );
-    Ok(text)
+    let all = table.rows.len();
+    Ok(format!(
+        "{text}\n[All {all} numbers]({link}), with the factors of the cooling rates."
+    ))
 }

@@ -3,12 +3,12 @@
 use std::mem::take;
 
 use stosszahl_report::drawings;
-use stosszahl_results::{Figure, ReferenceLine, Table};
+use stosszahl_results::{Figure, FinishedPoints, ReferenceLine, Table};
 
-use super::course::{BROKEN_CHAOS, UNBIASED};
+use super::course::{BROKEN_CHAOS, FACTORS, UNBIASED};
 use super::data::{DataMaker, Made};
-use super::results::{FinishedRun, KeyCondition, MeasuredNumber};
-use super::tables::{against, of_window, table};
+use super::results::{Is, OF_EXACT, number_text};
+use super::tables::{against, energy_ratio, markdown_table, measured_cells, of_window};
 use super::verdicts::VERDICTS;
 use super::{gases, map, papers};
 use crate::TrialError;
@@ -70,7 +70,7 @@ const fn entry(
     name: &'static str,
     file: &'static str,
     engines: &'static [EngineVersion],
-    make: fn(&FinishedRun) -> Result<Made, TrialError>,
+    make: fn(&FinishedPoints) -> Result<Made, TrialError>,
 ) -> DocsEntry {
     made_by(name, file, engines, DataMaker::Text(make))
 }
@@ -108,7 +108,7 @@ impl DocsEntry {
     ///
     /// # Errors
     /// The results lack a number.
-    pub fn made(&self, results: &FinishedRun) -> Result<Made, TrialError> {
+    pub fn made(&self, results: &FinishedPoints) -> Result<Made, TrialError> {
         match &self.make {
             DataMaker::Text(make) => make(results),
             DataMaker::Data { table, data } => data.made(self.name, &table(results)?),
@@ -135,8 +135,6 @@ const LUDING: EntrySource = EntrySource::Case("luding-1998");
 const CASE_OF_1998: &str = "docs/luding-1998.md";
 const MIXTURES: &str = "docs/mixtures.md";
 const FLOWS: &str = "docs/flows.md";
-/// Picture of the case of 1998.
-const EVIDENCE: &str = "docs/evidence.svg";
 
 /// All documentation blocks that a command makes, in the order of a check.
 pub const ENTRIES: &[DocsEntry] = &[
@@ -184,30 +182,25 @@ pub const ENTRIES: &[DocsEntry] = &[
     made_by("map-onset", map::PAGE, EXACT, map::ONSET),
 ];
 
-fn quick(results: &FinishedRun) -> Result<Made, TrialError> {
+fn quick(results: &FinishedPoints) -> Result<Made, TrialError> {
     // The comparison with free volume is void in these cells.
     let others = [("dsmc-contact-point", "contact point")];
-    against(results, &[0.1, 1.0, 10.0, 100.0], &others)
+    Ok(against(results, &[0.1, 1.0, 10.0, 100.0], &others)?.into())
 }
 
-fn energies(results: &FinishedRun) -> Result<Made, TrialError> {
+fn energies(results: &FinishedPoints) -> Result<Made, TrialError> {
     let times = [0.1, 1.0, 10.0, 100.0, 400.0];
     // The others after exact dynamics.
-    against(results, &times, &ENGINES[1..])
+    Ok(against(results, &times, &ENGINES[1..])?.into())
 }
 
-fn fig3b(results: &FinishedRun) -> Result<Made, TrialError> {
-    let mut rows = Vec::new();
-    for point in results.points() {
-        let row = results.row(
-            point,
-            "impact_parameter_summary",
-            &[("engine", KeyCondition::Is("ed"))],
-        )?;
+fn fig3b(results: &FinishedPoints) -> Result<Made, TrialError> {
+    let rows = results.names().map(|point| {
+        let row = results.row(point, "impact_parameter_summary", &[OF_EXACT])?;
         let restitution = results.setting(point, "gas.restitution")?;
-        rows.push(vec![restitution.to_string(), row.measured("slope")?.text()]);
-    }
-    Ok(table(&["r", "slope of P(b/d)"], &rows).into())
+        measured_cells([restitution.to_string()], [row.measured("slope")])
+    });
+    Ok(markdown_table("r | slope of P(b/d)", rows)?.into())
 }
 
 /// Windows of time of the case of 1998.
@@ -225,29 +218,30 @@ const ENGINES: [(&str, &str); 3] = [
     ("dsmc-enskog", "Enskog scheme"),
 ];
 
-fn slopes(results: &FinishedRun) -> Result<Made, TrialError> {
-    let mut rows = Vec::new();
-    for (engine, words) in ENGINES {
-        let mut cells = vec![words.to_owned()];
-        for window in WINDOWS {
-            let row = results.row("", "impact_parameter_summary", &of_window(engine, window))?;
-            cells.push(row.measured("slope")?.text());
-        }
-        rows.push(cells);
-    }
-    let header = [
-        "slope of P(b/d) in t/t0",
-        "0 to 1",
-        "1 to 5",
-        "5 to 20",
-        "20 to 100",
-        "100 to 400",
-    ];
-    Ok(table(&header, &rows).into())
+fn slopes(results: &FinishedPoints) -> Result<Made, TrialError> {
+    let rows = ENGINES.map(|(engine, words)| {
+        let slope = |window| {
+            let row = results.row("", "impact_parameter_summary", &of_window(engine, window));
+            row?.measured("slope")
+        };
+        measured_cells([words.to_owned()], WINDOWS.map(slope))
+    });
+    let header = "slope of P(b/d) in t/t0 | 0 to 1 | 1 to 5 | 5 to 20 | 20 to 100 | 100 to 400";
+    Ok(markdown_table(header, rows)?.into())
 }
 
-fn dissipation(results: &FinishedRun) -> Result<Made, TrialError> {
-    Ok(gases::factors(results, &[WINDOWS[0], WINDOWS[4]], &ENGINES)?.into())
+fn dissipation(results: &FinishedPoints) -> Result<Made, TrialError> {
+    let places = [WINDOWS[0], WINDOWS[4]];
+    let places = places
+        .into_iter()
+        .flat_map(|window| ENGINES.map(|engine| (window, engine)));
+    let rows = places.map(|(window, (engine, words))| {
+        let row = results.row("", "dissipation", &of_window(engine, window))?;
+        let words = [format!("{} to {}", window[0], window[1]), words.to_owned()];
+        measured_cells(words, FACTORS.map(|factor| row.measured(factor)))
+    });
+    let header = "t/t0 | engine | collision rate | squared speed of pairs | impact parameters | correlation | cooling rate";
+    Ok(markdown_table(header, rows)?.into())
 }
 
 /// Creates the figure of a table that shows a column, with the label of its horizontal axis.
@@ -259,14 +253,21 @@ fn figure_of(table: &Table, column: &str, x: &'static str) -> Result<Figure, Tri
     Ok(figure)
 }
 
-fn evidence(results: &FinishedRun) -> Result<Made, TrialError> {
-    let energies = results.part("", "energy", &[])?;
-    let quotients = results.part("", "comparison", &[("engine_a", KeyCondition::Is("ed"))])?;
-    let impacts = results.part(
-        "",
-        "impact_parameter",
-        &[("engine", KeyCondition::Is("ed"))],
-    )?;
+fn evidence(results: &FinishedPoints) -> Result<Made, TrialError> {
+    let part = |name: &str, key: Option<&str>| -> Result<Table, TrialError> {
+        let keys: Vec<_> = key.into_iter().map(|key| (key, Is("ed"))).collect();
+        let table = results.point("")?.1.table(name)?;
+        let rows = table.find_rows(&keys)?;
+        let rows = rows.iter().map(|row| row.cells().to_vec()).collect();
+        Ok(Table {
+            rows,
+            ..table.clone()
+        })
+    };
+    let energies = part("energy", None)?;
+    let quotients = part("comparison", Some("engine_a"))?;
+    let impacts = part("impact_parameter", Some("engine"))?;
+    let energy = figure_of(&energies, "energy_ratio", "t/t0")?;
     let mut quotient = figure_of(&quotients, "energy_ratio_a_over_b", "t/t0")?;
     quotient.lines.push(ReferenceLine {
         label: "equal".into(),
@@ -278,37 +279,22 @@ fn evidence(results: &FinishedRun) -> Result<Made, TrialError> {
     let picture = drawings(
         "Exact disks against Monte Carlo and Haff's law",
         &[
-            (
-                "Kinetic energy",
-                &energies,
-                &figure_of(&energies, "energy_ratio", "t/t0")?,
-            ),
+            ("Kinetic energy", &energies, &energy),
             ("Exact disks over Monte Carlo", &quotients, &quotient),
             ("Impact parameters of exact disks", &impacts, &windows),
         ],
     );
     let picture = picture.ok_or_else(|| TrialError::failed("nothing to draw"))?;
-    let last = |engine: &str| -> Result<MeasuredNumber, TrialError> {
-        let keys = [
-            ("engine_a", KeyCondition::Is("ed")),
-            ("engine_b", KeyCondition::Is(engine)),
-            ("time", KeyCondition::At(10.0)),
-        ];
-        results
-            .row("", "comparison", &keys)?
-            .measured("energy_ratio_a_over_b")
-    };
+    let last = |engine| energy_ratio(results, "", engine, 10.0);
     let slope = results.row("", "impact_parameter_summary", &of_window("ed", WINDOWS[4]))?;
     let text = format!(
         "![Energies of three engines against Haff's law, their quotients, and impact parameters in windows of time](evidence.svg)\n\n\
          From t/t0 = 100 to 400 the slope of P(b/d) of exact disks is {} (0 for chaos). At t/t0 = 10 they have {} times the energy of the \
          free-volume gas and {} times that of the Enskog scheme. Both quotients are void as comparisons: cells of 1.27 disks put energies off.",
-        slope.measured("slope")?.text(),
-        last("dsmc-free-volume")?.text(),
-        last("dsmc-enskog")?.text(),
+        number_text(slope.measured("slope")?),
+        number_text(last("dsmc-free-volume")?),
+        number_text(last("dsmc-enskog")?),
     );
-    Ok(Made {
-        text,
-        files: vec![(EVIDENCE.to_owned(), picture)],
-    })
+    let files = vec![("docs/evidence.svg".to_owned(), picture)];
+    Ok(Made { text, files })
 }

@@ -11,12 +11,14 @@
 use std::f64::consts::PI;
 
 use stosszahl_model::kinetic;
-use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
+use stosszahl_results::{
+    Figure, FigureAxis, FinishedPoints, NumberNotFound, Table, TableEstimate, TableRow, table,
+};
 use stosszahl_theory::CoolingFactors;
 
-use super::data::{DataMaker, DataTable, Made, text as csv_text};
-use super::results::{FinishedRun, KeyCondition, MeasuredNumber, ResultRow};
-use super::tables::table as markdown;
+use super::data::{DataMaker, DataTable, Made, csv_text};
+use super::results::{OF_EXACT, number_text, value_and_error};
+use super::tables::markdown_table;
 use crate::TrialError;
 use crate::three_disks;
 
@@ -28,60 +30,65 @@ const ORDERS: usize = 8;
 /// Number of standard errors beyond which the results of two boxes of a point disagree.
 const APART: f64 = 3.0;
 
+/// Packing fraction and restitution of a point.
+type Place = [f64; 2];
+
 /// Results of one box of a point: the rows of its time windows.
 struct Gas<'a> {
     at: Place,
     disks: f64,
-    impacts: Vec<ResultRow<'a>>,
-    rates: Vec<ResultRow<'a>>,
+    chaos: CoolingFactors,
+    impacts: Vec<TableRow<'a>>,
+    rates: Vec<TableRow<'a>>,
 }
 
 impl<'a> Gas<'a> {
-    fn from_results(results: &'a FinishedRun, point: &str) -> Result<Self, TrialError> {
-        let engine = [("engine", KeyCondition::Is("ed"))];
-        let keys = ["box.packing_fraction", "gas.restitution"];
-        let [packing, restitution] = keys.map(|key| results.setting(point, key));
+    fn from_results(results: &'a FinishedPoints, point: &str) -> Result<Self, TrialError> {
+        let derived = &results.point(point)?.1.manifest.derived;
+        let disks = derived.iter().find(|one| one.name == "particles");
+        let restitution = results.setting(point, "gas.restitution")?;
         let found = Self {
-            at: [packing?, restitution?],
-            disks: results.derived(point, "particles")?,
-            impacts: results.rows(point, "impact_parameter_summary", &engine)?,
-            rates: results.rows(point, "dissipation", &engine)?,
+            at: [results.setting(point, "box.packing_fraction")?, restitution],
+            disks: disks.map_or(f64::NAN, |disks| disks.value),
+            chaos: CoolingFactors::for_restitution(2, restitution, ORDERS)?,
+            impacts: results.rows(point, "impact_parameter_summary", &[OF_EXACT])?,
+            rates: results.rows(point, "dissipation", &[OF_EXACT])?,
         };
-        if found.impacts.is_empty() || found.impacts.len() != found.rates.len() {
-            return Err(TrialError::failed(format!("{point}: no windows")));
+        if found.impacts.len() != found.rates.len() || !found.disks.is_finite() {
+            return Err(TrialError::failed(format!("{point}: no windows or number")));
         }
         Ok(found)
     }
 
-    fn slope(&self, window: usize) -> Result<MeasuredNumber, TrialError> {
-        self.impacts[window].measured("slope")
+    /// Slope of P(b/d) in the first time window.
+    fn first_slope(&self) -> Result<TableEstimate, NumberNotFound> {
+        self.impacts[0].measured("slope")
     }
 
-    /// Returns the factors of the homogeneous cooling state under chaos.
-    fn chaos(&self) -> Result<CoolingFactors, TrialError> {
-        Ok(CoolingFactors::for_restitution(2, self.at[1], ORDERS)?)
+    /// Slope of P(b/d) in the last time window.
+    fn slope(&self) -> Result<TableEstimate, NumberNotFound> {
+        self.impacts[self.impacts.len() - 1].measured("slope")
     }
 
     /// Cooling rate over chaos at the squared speed of pairs in the last window, over the
     /// same rate of as many elastic disks.
-    fn cooling(&self) -> Result<MeasuredNumber, TrialError> {
-        let unit = of_few(self.disks, self.at[0]) * self.chaos()?.at_pair_speed();
-        Ok(self.late("at_pair_speed")?.divided_by(unit))
+    fn cooling(&self) -> Result<TableEstimate, NumberNotFound> {
+        let unit = of_few(self.disks, self.at[0]) * self.chaos.at_pair_speed();
+        self.late("at_pair_speed", unit)
     }
 
-    /// Returns a column of the last time window.
-    fn late(&self, column: &str) -> Result<MeasuredNumber, TrialError> {
-        self.rates[self.rates.len() - 1].measured(column)
+    /// Returns a column of the last time window, over its value under chaos.
+    fn late(&self, column: &str, chaos: f64) -> Result<TableEstimate, NumberNotFound> {
+        let last = self.rates[self.rates.len() - 1].measured(column)?;
+        Ok(last.times(1.0 / chaos))
     }
 }
 
 /// Mean of two measurements of one number, weighted by their errors.
-fn mean(a: MeasuredNumber, b: MeasuredNumber) -> MeasuredNumber {
-    let [wa, wb] = [a, b].map(|one| one.error.powi(-2));
-    MeasuredNumber {
-        value: (wa * a.value + wb * b.value) / (wa + wb),
-        error: (wa + wb).powf(-0.5),
-    }
+fn mean(a: TableEstimate, b: TableEstimate) -> TableEstimate {
+    let [[a, a_error], [b, b_error]] = [a, b].map(value_and_error);
+    let [wa, wb] = [a_error, b_error].map(|error| error.powi(-2));
+    TableEstimate::with_error((wa * a + wb * b) / (wa + wb), Some((wa + wb).powf(-0.5)))
 }
 
 /// Collision rate of N elastic disks at a given squared speed of colliding pairs, over the rate of
@@ -108,16 +115,9 @@ fn of_few(disks: f64, packing: f64) -> f64 {
     pairs * gammas * (disks - 0.5).sqrt()
 }
 
-pub(super) fn estimate(one: MeasuredNumber) -> TableEstimate {
-    TableEstimate::with_error(one.value, Some(one.error))
-}
-
-/// Packing fraction and restitution of a point.
-type Place = [f64; 2];
-
 /// Returns the results of all boxes.
-fn gases(results: &FinishedRun) -> Result<Vec<Gas<'_>>, TrialError> {
-    let points = results.points();
+fn gases(results: &FinishedPoints) -> Result<Vec<Gas<'_>>, TrialError> {
+    let points = results.names();
     points
         .map(|point| Gas::from_results(results, point))
         .collect()
@@ -126,47 +126,61 @@ fn gases(results: &FinishedRun) -> Result<Vec<Gas<'_>>, TrialError> {
 /// Coefficients of restitution that pages show; files have all of them.
 const SHOWN: [f64; 3] = [0.5, 0.7, 0.9];
 
+/// Returns all values of a coordinate of points, in rising order.
+fn coordinates(points: impl IntoIterator<Item = Place>, axis: usize) -> Vec<f64> {
+    let mut all: Vec<f64> = points.into_iter().map(|at| at[axis]).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
 /// Formats a table of Markdown with a row for each restitution of [`SHOWN`] and a column for each
 /// packing.
-fn matrix(cells: &[(Place, String)]) -> String {
-    let values = |axis: usize| {
-        let mut all: Vec<f64> = cells.iter().map(|cell| cell.0[axis]).collect();
-        all.sort_by(f64::total_cmp);
-        all.dedup();
-        all
-    };
-    let packings = values(0);
-    let mut header = vec!["r \\ φ".to_owned()];
-    header.extend(packings.iter().map(f64::to_string));
-    let row = |&r: &f64| {
+fn matrix(cells: &[(Place, String)]) -> Result<String, TrialError> {
+    let packings = coordinates(cells.iter().map(|cell| cell.0), 0);
+    let mut restitutions = coordinates(cells.iter().map(|cell| cell.0), 1);
+    restitutions.retain(|r| SHOWN.contains(r));
+    let header = packings.iter().map(|phi| format!(" | {phi}"));
+    let rows = restitutions.into_iter().map(|r| {
         let cell = |&phi: &f64| {
             let found = cells.iter().find(|cell| cell.0 == [phi, r]);
             found.map_or(String::new(), |cell| cell.1.clone())
         };
         let own = [r.to_string()].into_iter();
-        own.chain(packings.iter().map(cell)).collect::<Vec<_>>()
-    };
-    let shown = values(1).into_iter().filter(|r| SHOWN.contains(r));
-    let rows: Vec<Vec<String>> = shown.map(|r| row(&r)).collect();
-    markdown(
-        &header.iter().map(String::as_str).collect::<Vec<_>>(),
-        &rows,
-    )
+        Ok(own.chain(packings.iter().map(cell)).collect())
+    });
+    markdown_table(&format!("r \\ φ{}", header.collect::<String>()), rows)
 }
 
 /// Returns true if the results of two boxes differ by more than three errors.
-fn disagree([narrow, wide]: [MeasuredNumber; 2]) -> bool {
-    (narrow.value - wide.value).abs() > APART * narrow.error.hypot(wide.error)
+fn disagree(both: [TableEstimate; 2]) -> bool {
+    let [[narrow, narrow_error], [wide, wide_error]] = both.map(value_and_error);
+    (narrow - wide).abs() > APART * narrow_error.hypot(wide_error)
 }
 
 /// Formats the result of the wider box; both results without an error if they disagree, because
 /// neither is then that of the gas.
-fn of_boxes([narrow, wide]: [MeasuredNumber; 2]) -> String {
-    if disagree([narrow, wide]) {
-        format!("{:.4} … {:.4}", narrow.value, wide.value)
+fn of_boxes(both: [TableEstimate; 2]) -> String {
+    if disagree(both) {
+        let [[narrow, _], [wide, _]] = both.map(value_and_error);
+        format!("{narrow:.4} … {wide:.4}")
     } else {
-        wide.text()
+        number_text(both[1])
     }
+}
+
+/// Formats the results of the two boxes of each point; returns also the number of points at which
+/// they disagree, and the widest error.
+fn of_all_boxes(
+    points: &[(Place, [TableEstimate; 2])],
+) -> Result<(String, usize, f64), TrialError> {
+    let cells: Vec<_> = points
+        .iter()
+        .map(|(at, both)| (*at, of_boxes(*both)))
+        .collect();
+    let apart = points.iter().filter(|(_, both)| disagree(*both)).count();
+    let errors = points.iter().map(|(_, both)| value_and_error(both[1])[1]);
+    Ok((matrix(&cells)?, apart, errors.fold(0.0, f64::max)))
 }
 
 /// Creates a figure of a column against 1 - r, with a curve for each packing.
@@ -191,56 +205,8 @@ fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, T
     Ok(Made { text, files })
 }
 
-/// Results of the two boxes of a point, the narrower first.
-#[derive(Clone, Copy, Debug)]
-struct UniformPoint {
-    at: Place,
-    disks: [u64; 2],
-    /// Slope of P(b/d) in the first two collisions of a disk, of both boxes together.
-    first: MeasuredNumber,
-    slope: [MeasuredNumber; 2],
-    cooling: [MeasuredNumber; 2],
-    /// Impact ratio, correlation ratio, speed ratio and dissipation ratio of the wider box.
-    factors: [MeasuredNumber; 4],
-}
-
-impl UniformPoint {
-    fn from_results(narrow: &Gas<'_>, wide: &Gas<'_>) -> Result<Self, TrialError> {
-        let last = narrow.impacts.len() - 1;
-        let chaos = wide.chaos()?;
-        Ok(Self {
-            at: wide.at,
-            disks: [narrow.disks as u64, wide.disks as u64],
-            first: mean(narrow.slope(0)?, wide.slope(0)?),
-            slope: [narrow.slope(last)?, wide.slope(last)?],
-            cooling: [narrow.cooling()?, wide.cooling()?],
-            factors: [
-                wide.late("impact_ratio")?,
-                wide.late("correlation_ratio")?,
-                wide.late("speed_ratio")?.divided_by(chaos.pair_speed),
-                wide.late("dissipation_ratio")?
-                    .divided_by(chaos.cooling_rate()),
-            ],
-        })
-    }
-}
-
-/// Makes the block of boxes narrower than the critical length.
-pub(super) fn uniform(results: &FinishedRun) -> Result<Made, TrialError> {
-    let all = gases(results)?;
-    let mut points = Vec::new();
-    for narrow in &all {
-        // Each place has a narrow box and a wide one.
-        let is_wider = |b: &&Gas<'_>| b.at == narrow.at && b.disks > narrow.disks;
-        if let Some(wide) = all.iter().find(is_wider) {
-            points.push(UniformPoint::from_results(narrow, wide)?);
-        }
-    }
-    uniform_block(&points)
-}
-
-/// Formats the points of boxes narrower than the critical length.
-fn uniform_block(points: &[UniformPoint]) -> Result<Made, TrialError> {
+/// Makes the block of boxes narrower than the critical length: two for each point.
+pub(super) fn uniform(results: &FinishedPoints) -> Result<Made, TrialError> {
     let mut table = table! {
         "map", "Exact disks that cool in boxes narrower than the critical length, against the homogeneous cooling state under molecular chaos.";
         key "packing_fraction", "1", "Packing fraction";
@@ -260,31 +226,41 @@ fn uniform_block(points: &[UniformPoint]) -> Result<Made, TrialError> {
     }
     .figure(figure("Grazing collisions: slope of P(b/d)", "slope", "slope of P(b/d)", 0.0))
     .figure(figure("Cooling rate over chaos at the same speed of pairs", "cooling", "cooling rate over chaos", 1.0));
-    for point in points {
-        let [packing, restitution] = point.at;
-        let [narrow, wide] = [0, 1].map(|n| [point.slope[n], point.cooling[n]]);
+    let all = gases(results)?;
+    // Slopes and cooling rates, each with its point and the results of both boxes.
+    let mut columns = [Vec::new(), Vec::new()];
+    for narrow in &all {
+        let is_wider = |b: &&Gas<'_>| b.at == narrow.at && b.disks > narrow.disks;
+        let Some(wide) = all.iter().find(is_wider) else {
+            continue;
+        };
+        let [packing, restitution] = wide.at;
+        let slopes = [narrow.slope()?, wide.slope()?];
+        let rates = [narrow.cooling()?, wide.cooling()?];
         table.add((
             (packing, restitution, 1.0 - restitution),
-            point.disks,
-            estimate(point.first),
-            [narrow[0], wide[0], narrow[1], wide[1]].map(estimate),
-            point.factors.map(estimate),
+            [narrow.disks as u64, wide.disks as u64],
+            mean(narrow.first_slope()?, wide.first_slope()?),
+            [slopes, rates],
+            [
+                wide.late("impact_ratio", 1.0)?,
+                wide.late("correlation_ratio", 1.0)?,
+                wide.late("speed_ratio", wide.chaos.pair_speed)?,
+                wide.late("dissipation_ratio", wide.chaos.cooling_rate())?,
+            ],
         ));
+        columns[0].push((wide.at, slopes));
+        columns[1].push((wide.at, rates));
     }
-    let column = |of: fn(&UniformPoint) -> [MeasuredNumber; 2]| {
-        let cells: Vec<_> = points.iter().map(|p| (p.at, of_boxes(of(p)))).collect();
-        let apart = points.iter().filter(|p| disagree(of(p))).count();
-        let widest = points.iter().map(|p| of(p)[1].error).fold(0.0, f64::max);
-        (matrix(&cells), apart, widest)
-    };
-    let (slopes, slopes_apart, slope_error) = column(|point| point.slope);
-    let (rates, rates_apart, rate_error) = column(|point| point.cooling);
+    let [slopes, rates] = columns;
+    let count = slopes.len();
+    let (slopes, slopes_apart, slope_error) = of_all_boxes(&slopes)?;
+    let (rates, rates_apart, rate_error) = of_all_boxes(&rates)?;
     let text = format!(
         "Slope of P(b/d) from 10 to 100 collisions of a disk; 0 is chaos:\n\n{slopes}\n\
          Cooling rate over that of chaos at the same squared speed of pairs; 1 is chaos:\n\n{rates}\n\
          Where two numbers stand, the narrower and the wider box differ by more than three errors, and neither is the gas's: slopes at {slopes_apart} \
          of {count} points, cooling rates at {rates_apart}. The widest error of a slope is {slope_error:.4}, and of a cooling rate {rate_error:.4}.\n",
-        count = points.len(),
     );
     let names = [
         "docs/map-uniform.csv",
@@ -294,34 +270,8 @@ fn uniform_block(points: &[UniformPoint]) -> Result<Made, TrialError> {
     made(text, &table, names)
 }
 
-/// Results of a box of 4000 disks.
-#[derive(Clone, Copy, Debug)]
-struct WavePoint {
-    at: Place,
-    slope: MeasuredNumber,
-    dissipation: MeasuredNumber,
-    at_pair_speed: MeasuredNumber,
-}
-
 /// Makes the block of boxes of 4000 disks.
-pub(super) fn waves(results: &FinishedRun) -> Result<Made, TrialError> {
-    let mut points = Vec::new();
-    for gas in gases(results)? {
-        let chaos = gas.chaos()?;
-        points.push(WavePoint {
-            at: gas.at,
-            slope: gas.slope(gas.impacts.len() - 1)?,
-            dissipation: gas
-                .late("dissipation_ratio")?
-                .divided_by(chaos.cooling_rate()),
-            at_pair_speed: gas.late("at_pair_speed")?.divided_by(chaos.at_pair_speed()),
-        });
-    }
-    waves_block(&points)
-}
-
-/// Formats the points of boxes of 4000 disks.
-fn waves_block(points: &[WavePoint]) -> Result<Made, TrialError> {
+pub(super) fn waves(results: &FinishedPoints) -> Result<Made, TrialError> {
     let mut table = table! {
         "map-waves", "Exact disks that cool in boxes of 4000, against the homogeneous cooling state under molecular chaos, from 5 to 30 t0.";
         key "packing_fraction", "1", "Packing fraction";
@@ -333,21 +283,23 @@ fn waves_block(points: &[WavePoint]) -> Result<Made, TrialError> {
     }
     .figure(figure("Slope of P(b/d), 4000 disks, 5 to 30 t0", "slope", "slope of P(b/d)", 0.0))
     .figure(figure("Cooling rate over chaos, 4000 disks, 5 to 30 t0", "dissipation_ratio", "cooling rate over chaos", 1.0));
-    for point in points {
-        let [packing, restitution] = point.at;
+    let (mut slopes, mut rates) = (Vec::new(), Vec::new());
+    for gas in gases(results)? {
+        let [packing, restitution] = gas.at;
+        let slope = gas.slope()?;
+        let dissipation = gas.late("dissipation_ratio", gas.chaos.cooling_rate())?;
+        let at_pair_speed = gas.late("at_pair_speed", gas.chaos.at_pair_speed())?;
         table.add((
             (packing, restitution, 1.0 - restitution),
-            [point.slope, point.dissipation, point.at_pair_speed].map(estimate),
+            [slope, dissipation, at_pair_speed],
         ));
+        slopes.push((gas.at, number_text(slope)));
+        rates.push((gas.at, number_text(dissipation)));
     }
-    let cells = |of: fn(&WavePoint) -> MeasuredNumber| {
-        let cells: Vec<_> = points.iter().map(|p| (p.at, of(p).text())).collect();
-        matrix(&cells)
-    };
     let text = format!(
         "Slope of P(b/d) from 5 to 30 t0:\n\n{}\nCooling rate over that of chaos at the total kinetic energy, from 5 to 30 t0:\n\n{}",
-        cells(|point| point.slope),
-        cells(|point| point.dissipation),
+        matrix(&slopes)?,
+        matrix(&rates)?,
     );
     let names = [
         "docs/map-waves.csv",
@@ -383,30 +335,24 @@ fn onset_columns() -> Table {
     }
 }
 
-fn onset(results: &FinishedRun) -> Result<Table, TrialError> {
+fn onset(results: &FinishedPoints) -> Result<Table, TrialError> {
     let gases = gases(results)?;
-    let mut restitutions: Vec<f64> = gases.iter().map(|gas| gas.at[1]).collect();
-    restitutions.sort_by(f64::total_cmp);
-    restitutions.dedup();
+    let restitutions = coordinates(gases.iter().map(|gas| gas.at), 1);
     let mut alone = Vec::new();
     for packing in THREE_DISKS {
         let chi = kinetic::contact_value(packing);
         let until = 2.0 / kinetic::collision_rate(packing, chi, 0.0);
         let (_, orders) = three_disks::onset(&restitutions, until, SAMPLES, 1);
         for (&restitution, order) in restitutions.iter().zip(orders) {
-            let slope = MeasuredNumber {
-                value: packing * order.value,
-                error: packing * order.standard_error,
-            };
-            alone.push(([packing, restitution], estimate(slope)));
+            let slope = TableEstimate::with_error(order.value, Some(order.standard_error));
+            alone.push(([packing, restitution], slope.times(packing)));
         }
     }
     let mut table = onset_columns();
     for gas in &gases {
         let found = alone.iter().find(|(at, _)| *at == gas.at);
         let found = found.map_or_else(TableEstimate::default, |(_, slope)| *slope);
-        let [packing, restitution] = gas.at;
-        table.add((packing, restitution, [estimate(gas.slope(0)?), found]));
+        table.add((gas.at, [gas.first_slope()?, found]));
     }
     Ok(table)
 }
@@ -414,20 +360,20 @@ fn onset(results: &FinishedRun) -> Result<Table, TrialError> {
 /// Formats the slopes at [`SHOWN`], and the widest error of all.
 fn onset_summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let (mut slopes, mut alone, mut widest) = (Vec::new(), Vec::new(), 0.0_f64);
-    for row in ResultRow::all_rows(table) {
+    for row in table.all_rows() {
         let at = [row.number("packing_fraction")?, row.number("restitution")?];
         let slope = row.measured("slope")?;
-        widest = widest.max(slope.error);
-        slopes.push((at, slope.text()));
-        if row.maybe("three_disks").is_some() {
-            alone.push((at, row.measured("three_disks")?.text()));
+        widest = widest.max(value_and_error(slope)[1]);
+        slopes.push((at, number_text(slope)));
+        if row.number("three_disks").is_ok() {
+            alone.push((at, number_text(row.measured("three_disks")?)));
         }
     }
     Ok(format!(
         "Slope of P(b/d) in the first two collisions of a disk ([all points]({link})); the widest error is {widest:.4}:\n\n{}\n\
          The same by three disks alone, to first order in density:\n\n{}",
-        matrix(&slopes),
-        matrix(&alone),
+        matrix(&slopes)?,
+        matrix(&alone)?,
     ))
 }
 
@@ -511,7 +457,7 @@ mod tests {
 
     #[test]
     fn boxes_that_disagree_have_no_error() {
-        let of = |value| MeasuredNumber { value, error: 0.01 };
+        let of = |value| TableEstimate::with_error(value, Some(0.01));
         assert_eq!(of_boxes([of(1.0), of(1.04)]), "1.040 ± 0.010");
         assert_eq!(of_boxes([of(1.0), of(1.05)]), "1.0000 … 1.0500");
     }
@@ -530,16 +476,10 @@ mod tests {
 
     #[test]
     fn a_mean_is_weighted_by_errors() {
-        let both = mean(
-            MeasuredNumber {
-                value: 1.0,
-                error: 1.0,
-            },
-            MeasuredNumber {
-                value: 5.0,
-                error: 3.0_f64.sqrt(),
-            },
-        );
-        assert!((both.value - 2.0).abs() < 1e-14 && (both.error - 0.75_f64.sqrt()).abs() < 1e-14);
+        let root = 3.0_f64.sqrt();
+        let [one, five] = [(1.0, 1.0), (5.0, root)]
+            .map(|(value, error)| TableEstimate::with_error(value, Some(error)));
+        let [value, error] = value_and_error(mean(one, five));
+        assert!((value - 2.0).abs() < 1e-14 && (error - 0.5 * root).abs() < 1e-14);
     }
 }

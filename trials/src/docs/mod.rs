@@ -10,8 +10,7 @@
 //! shows nothing yet is named but is no fault.
 //!
 //! A long table is a file `docs/data/NAME.csv`. The block then has counts, what differs and a link
-//! ([`DataTable`]). A check makes that text again from the file. Of cheap entries it also compares
-//! the file with the numbers that are found.
+//! ([`DataTable`]). A check makes that text again from the file.
 
 mod accuracy;
 mod block;
@@ -19,7 +18,6 @@ mod compare;
 mod course;
 mod data;
 mod entries;
-mod files;
 mod gases;
 mod map;
 mod papers;
@@ -33,18 +31,19 @@ use std::process::Command;
 
 use clap::Args;
 use stosszahl_model::snapshot::write_whole;
-use stosszahl_results::Table;
+use stosszahl_results::{FinishedPoints, Table};
 
 use crate::terminal::say;
 use crate::{Done, TrialError};
 
 pub use block::{Head, PageBlock, find_block, is_open, names as block_names, outside, replace};
 pub use compare::differences;
-pub use data::{DataMaker, DataTable, FOLDER as DATA, Made};
+pub use data::{
+    DataMaker, DataTable, FOLDER as DATA, Made, ROWS_OF_A_PAGE, generated_rows, unfounded,
+};
 pub use entries::{DocsEntry, ENTRIES, EngineVersion, EntrySource};
 use entries::{VERSIONS, versions};
-pub use files::{ROWS_OF_A_PAGE, generated_rows, unfounded};
-pub use results::FinishedRun;
+pub use results::{run_bundled, run_papers};
 
 /// `stosszahl-trials docs`.
 #[derive(Clone, Debug, Args)]
@@ -137,7 +136,7 @@ fn rewrite(root: &Path) -> Done {
         let path = root.join(&file);
         let mut page = fs::read_to_string(&path)?;
         for name in block_names(&page) {
-            let text = files::text(root, &name)?;
+            let text = data::text_of_file(root, &name)?;
             let made = text.zip(find_block(&page, &name));
             let made = made.and_then(|(text, block)| replace(&page, &block.head, &text));
             if let Some(made) = made.filter(|made| *made != page) {
@@ -245,7 +244,7 @@ fn check_block(root: &Path, entry: &DocsEntry) -> Result<Vec<String>, TrialError
         return Ok(stale);
     }
     let (results, _) = run_entry(root, entry, false)?;
-    faults(root, &text, entry, &results)
+    faults(&text, entry, &results)
 }
 
 /// Lists the faults of the block of an entry in a page that new results cannot cure; empty if there
@@ -264,23 +263,18 @@ pub fn stale(page: &str, entry: &DocsEntry) -> Vec<String> {
     unnamed.chain(outdated(&block.head, &now)).collect()
 }
 
-/// Lists the differences between the block of an entry in a page, or its file, and results.
+/// Lists the differences between the block of an entry in a page and results: numbers with a
+/// standard error within their errors, everything else exactly.
 ///
 /// # Errors
-/// The results lack a number that the block shows, or its file cannot be read.
+/// The results lack a number that the block shows.
 pub fn faults(
-    root: &Path,
     page: &str,
     entry: &DocsEntry,
-    results: &FinishedRun,
+    results: &FinishedPoints,
 ) -> Result<Vec<String>, TrialError> {
-    match &entry.make {
-        DataMaker::Text(make) => {
-            let there = find_block(page, entry.name).map_or(String::new(), |block| block.text);
-            Ok(differences(&there, &make(results)?.text))
-        }
-        DataMaker::Data { table, .. } => files::moved(root, entry.name, &table(results)?),
-    }
+    let there = find_block(page, entry.name).map_or(String::new(), |block| block.text);
+    Ok(differences(&there, &entry.made(results)?.text))
 }
 
 /// Lists the files of tables that belong to none of these blocks.
@@ -313,22 +307,21 @@ fn run_entry(
     root: &Path,
     entry: &DocsEntry,
     resume: bool,
-) -> Result<(FinishedRun, String), TrialError> {
+) -> Result<(FinishedPoints, String), TrialError> {
     let out = root.join("results/docs").join(entry.source.folder());
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
     match entry.source {
-        EntrySource::Case(case) => FinishedRun::run_case(case, &[], &out, resume, &commit),
-        EntrySource::Papers => FinishedRun::of_papers(&out, resume, &commit),
+        EntrySource::Case(case) => run_bundled(case, &[], &out, resume, &commit),
+        EntrySource::Papers => run_papers(&out, resume, &commit),
     }
 }
 
-/// Writes the table of another command next to its page, as `data/NAME.csv`, and returns the block
-/// of the page, of this commit and of the current engines.
+/// Writes the table of claims about accuracy next to its page, as `data/validation.csv`, and
+/// returns the block of the page, of this commit and of the current engines.
 ///
 /// # Errors
-/// No block has this name, or the file cannot be written.
-pub(crate) fn typed(
-    name: &str,
+/// The file cannot be written.
+pub(crate) fn claims_block(
     command: &str,
     table: &Table,
     page: &Path,
@@ -336,13 +329,13 @@ pub(crate) fn typed(
     let root = Path::new(ROOT);
     let commit = git(root, &["rev-parse", "--short=12", "HEAD"]);
     let head = Head {
-        name: name.to_owned(),
+        name: "validation".to_owned(),
         date: date(root, &commit),
         commit,
         statistics: versions(&VERSIONS),
         typed: Some(command.to_owned()),
     };
-    let made = files::typed(name, table)?;
+    let made = data::claims_block(table)?;
     for (file, content) in &made.files {
         let beside = Path::new(file).strip_prefix("docs")?;
         write(&page.with_file_name("").join(beside), content)?;

@@ -1,38 +1,32 @@
 //! Blocks of reproduced papers: number of claims by verdict, and the values found.
 
-use std::fmt::Write as _;
+use stosszahl_results::{FinishedPoints, Table, TableCell, TableEstimate, TableRow};
 
-use stosszahl_results::{Table, TableEstimate};
-
-use super::data::{DataMaker, DataTable, Made, count};
-use super::results::{FinishedRun, MeasuredNumber, ResultRow};
-use super::tables::table as markdown;
+use super::data::{DataMaker, DataTable, Made};
+use super::results::number_text;
+use super::tables::{count_verdicts, markdown_table};
 use crate::TrialError;
 
 /// Makes the block of all papers: number of claims by verdict, and the claims that differ.
-pub(super) fn papers_block(results: &FinishedRun) -> Result<Made, TrialError> {
+pub(super) fn papers_block(results: &FinishedPoints) -> Result<Made, TrialError> {
     let (mut counts, mut differences) = (Vec::new(), Vec::new());
-    for paper in results.points() {
-        let claims = results.rows(paper, "claims", &[])?;
-        counts.push(counted(&format!("`{paper}`"), &claims)?);
-        for claim in &claims {
+    for (paper, stored) in &results.0 {
+        let (name, claims) = (format!("`{}`", paper.name), stored.table("claims")?);
+        for claim in claims.all_rows() {
             if claim.words("verdict")? == "differ" {
-                let mut cells = vec![format!("`{paper}`")];
-                cells.extend(row(claim)?);
-                differences.push(cells);
+                let cells = [name.clone()].into_iter().chain(row(&claim)?);
+                differences.push(Ok(cells.collect()));
             }
         }
+        counts.push(Ok(counted(name, claims)));
     }
     Ok(format!(
         "{}\nWhat differs:\n\n{}",
-        markdown(
-            &["paper", "claims", "agree", "differ", "undecided", "void"],
-            &counts
-        ),
-        markdown(
-            &["paper", "figure", "claim", "where", "paper says", "found"],
-            &differences
-        )
+        markdown_table("paper | claims | agree | differ | undecided | void", counts)?,
+        markdown_table(
+            "paper | figure | claim | where | paper says | found",
+            differences
+        )?
     )
     .into())
 }
@@ -95,79 +89,67 @@ fn columns() -> Table {
     }
 }
 
-/// Creates the table of all claims of one paper.
-fn claims(results: &FinishedRun, paper: &str) -> Result<Table, TrialError> {
-    let mut table = columns();
-    for claim in results.rows(paper, "claims", &[])? {
-        let estimate = |column: &str| TableEstimate {
-            value: claim.maybe(column),
-            standard_error: claim.maybe(&format!("{column}_se")),
-            ..TableEstimate::default()
-        };
-        table.add((
-            (claim.words("figure")?, claim.words("claim")?),
-            (claim.words("place")?, claim.words("relation")?),
-            (estimate("paper"), estimate("found")),
-            claim.maybe("margin"),
-            claim.words("verdict")?,
-        ));
-    }
+/// Creates the table of all claims of one paper: some columns of the table that the paper has.
+fn claims(results: &FinishedPoints, paper: &str) -> Result<Table, TrialError> {
+    let (all, mut table) = (results.point(paper)?.1.table("claims")?, columns());
+    let places: Option<Vec<usize>> = (table.columns.iter())
+        .map(|column| all.find_column(&column.name))
+        .collect();
+    let places = places.ok_or_else(|| TrialError::failed(format!("{paper}: other columns")))?;
+    let own = |row: &Vec<TableCell>| places.iter().map(|&place| row[place].clone()).collect();
+    table.rows = all.rows.iter().map(own).collect();
     Ok(table)
 }
 
 /// Formats the number of claims of each part by verdict, and all claims that differ.
 fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, TrialError> {
-    let mut left: Vec<ResultRow<'_>> = ResultRow::all_rows(table).collect();
-    let all = left.len();
-    let (mut counts, mut differences) = (Vec::new(), String::new());
-    for (words, figures) in parts {
-        let mut own = Vec::new();
-        for claim in std::mem::take(&mut left) {
-            let is_own = figures.contains(&claim.words("figure")?);
-            if is_own { &mut own } else { &mut left }.push(claim);
-        }
-        counts.push(counted(words, &own)?);
-        for claim in own {
-            if claim.words("verdict")? == "differ" {
-                let [figure, claim, _, paper, found] = row(&claim)?;
-                let _ = writeln!(
-                    differences,
-                    "- {figure}: {claim}. The paper has {paper}, found is {found}."
-                );
-            }
+    let part_of = |row: &TableRow<'_>| {
+        let figure = row.words("figure")?;
+        let found = parts.iter().position(|(_, own)| own.contains(&figure));
+        found.ok_or_else(|| TrialError::failed(format!("figure {figure} is in no part")))
+    };
+    let mut own = vec![columns(); parts.len()];
+    for row in table.all_rows() {
+        own[part_of(&row)?].rows.push(row.cells().to_vec());
+    }
+    let named = parts.iter().zip(&own);
+    let counts = named.map(|((words, _), own)| Ok(counted((*words).to_owned(), own)));
+    let counts = markdown_table("part | claims | agree | differ | undecided | void", counts)?;
+    let mut differences = Vec::new();
+    for claim in own.iter().flat_map(Table::all_rows) {
+        if claim.words("verdict")? == "differ" {
+            let [figure, claim, _, paper, found] = row(&claim)?;
+            differences.push(format!(
+                "- {figure}: {claim}. The paper has {paper}, found is {found}.\n"
+            ));
         }
     }
-    if let Some(claim) = left.first() {
-        let figure = claim.words("figure")?;
-        return Err(TrialError::failed(format!("figure {figure} is in no part")));
-    }
-    let header = ["part", "claims", "agree", "differ", "undecided", "void"];
+    let (all, differences) = (table.rows.len(), differences.concat());
     Ok(format!(
-        "{}\n[All {all} claims]({link}). What differs, by figure:\n\n{differences}",
-        markdown(&header, &counts),
+        "{counts}\n[All {all} claims]({link}). What differs, by figure:\n\n{differences}"
     ))
 }
 
 /// Counts claims by verdict, as cells of a table.
-fn counted(name: &str, claims: &[ResultRow<'_>]) -> Result<Vec<String>, TrialError> {
-    let mut cells = vec![name.to_owned(), claims.len().to_string()];
-    for verdict in ["agree", "differ", "undecided", "void"] {
-        cells.push(count(claims, "verdict", verdict)?.to_string());
-    }
-    Ok(cells)
+fn counted(name: String, claims: &Table) -> Vec<String> {
+    let counts =
+        ["agree", "differ", "undecided", "void"].map(|verdict| count_verdicts(claims, verdict));
+    let counts = [claims.rows.len()].into_iter().chain(counts);
+    [name]
+        .into_iter()
+        .chain(counts.map(|n| n.to_string()))
+        .collect()
 }
 
 /// Formats a claim as a row: figure, claim, place, value of the paper and value found.
-fn row(claim: &ResultRow<'_>) -> Result<[String; 5], TrialError> {
+fn row(claim: &TableRow<'_>) -> Result<[String; 5], TrialError> {
     let number = |column: &str| {
-        let value = claim.maybe(column)?;
-        let error = claim
-            .maybe(&format!("{column}_se"))
-            .filter(|error| *error > 0.0);
-        Some(error.map_or_else(
-            || short(value),
-            |error| MeasuredNumber { value, error }.text(),
-        ))
+        let value = claim.number(column).ok()?;
+        let error = claim.number(&format!("{column}_se")).ok();
+        Some(match error.filter(|error| *error > 0.0) {
+            None => short(value),
+            error => number_text(TableEstimate::with_error(value, error)),
+        })
     };
     let paper = number("paper").unwrap_or_default();
     let paper = match claim.words("relation")? {

@@ -1,73 +1,102 @@
-//! Tables of Markdown that several blocks have.
+//! Tables of Markdown, and the numbers that several blocks have.
 
 use std::fmt::Write as _;
 
-use super::data::Made;
-use super::results::{FinishedRun, KeyCondition};
+use stosszahl_results::{FinishedPoints, NumberNotFound, RowKey, Table, TableEstimate};
+
+use super::results::{At, Is, OF_EXACT, number_text};
 use crate::TrialError;
 
-/// Formats a table of Markdown.
-pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
-    let mut text = format!(
-        "| {} |\n|{}\n",
-        header.join(" | "),
-        "---|".repeat(header.len())
-    );
+/// Cells of a row of Markdown.
+pub(super) type RowCells = Result<Vec<String>, TrialError>;
+
+/// Formats a table of Markdown; the names of the columns are separated by ` | `.
+pub(super) fn markdown_table(
+    header: &str,
+    rows: impl IntoIterator<Item = RowCells>,
+) -> Result<String, TrialError> {
+    let columns = header.split(" | ").count();
+    let mut text = format!("| {header} |\n|{}\n", "---|".repeat(columns));
     for row in rows {
         // Escape of a bar, which would end the cell.
-        let cells: Vec<String> = row.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        let cells: Vec<String> = row?.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
-    text
+    Ok(text)
+}
+
+/// Formats the cells of a row: words, then measured numbers.
+pub(super) fn measured_cells<const N: usize>(
+    words: [String; N],
+    numbers: impl IntoIterator<Item = Result<TableEstimate, NumberNotFound>>,
+) -> RowCells {
+    let mut cells = Vec::from(words);
+    for number in numbers {
+        cells.push(number_text(number?));
+    }
+    Ok(cells)
+}
+
+/// Counts the rows that have a word in the column of verdicts.
+pub(super) fn count_verdicts(table: &Table, verdict: &str) -> usize {
+    let is_it = |row: &stosszahl_results::TableRow<'_>| row.words("verdict") == Ok(verdict);
+    table.all_rows().filter(is_it).count()
+}
+
+/// Returns the energy of exact disks over that of another engine, at a time of a point.
+pub(super) fn energy_ratio(
+    results: &FinishedPoints,
+    point: &str,
+    other: &str,
+    time: f64,
+) -> Result<TableEstimate, NumberNotFound> {
+    let keys = [
+        ("engine_a", Is("ed")),
+        ("engine_b", Is(other)),
+        ("time", At(time)),
+    ];
+    let row = results.row(point, "comparison", &keys)?;
+    row.measured("energy_ratio_a_over_b")
+}
+
+/// Returns the energy of exact disks over that of the start, and over Haff's law.
+pub(super) fn exact_energy(
+    results: &FinishedPoints,
+    time: f64,
+) -> Result<[TableEstimate; 2], NumberNotFound> {
+    let row = results.row("", "energy", &[OF_EXACT, ("time", At(time))])?;
+    let ratio = row.measured("energy_ratio")?;
+    Ok([ratio, ratio.times(1.0 / row.number("energy_ratio_theory")?)])
 }
 
 /// Makes a table of the energy of exact disks, and its ratio to the energy of other engines, given
 /// as name and words.
 pub(super) fn against(
-    results: &FinishedRun,
+    results: &FinishedPoints,
     times: &[f64],
     others: &[(&str, &str)],
-) -> Result<Made, TrialError> {
-    let row = |&time: &f64| -> Result<Vec<String>, TrialError> {
-        let keys = [
-            ("engine", KeyCondition::Is("ed")),
-            ("time", KeyCondition::At(time)),
-        ];
-        let exact = results.row("", "energy", &keys)?;
-        let ratio = exact.measured("energy_ratio")?;
-        let haff = ratio.divided_by(exact.number("energy_ratio_theory")?);
-        let mut cells = vec![format!("{time}"), ratio.text(), haff.text()];
-        for &(other, _) in others {
-            let keys = [
-                ("engine_a", KeyCondition::Is("ed")),
-                ("engine_b", KeyCondition::Is(other)),
-                ("time", KeyCondition::At(time)),
-            ];
-            let quotient = results
-                .row("", "comparison", &keys)?
-                .measured("energy_ratio_a_over_b")?;
-            cells.push(quotient.text());
-        }
-        Ok(cells)
+) -> Result<String, TrialError> {
+    let row = |&time: &f64| {
+        let own = exact_energy(results, time)?.map(Ok);
+        let ratios = others
+            .iter()
+            .map(|other| energy_ratio(results, "", other.0, time));
+        measured_cells([time.to_string()], own.into_iter().chain(ratios))
     };
-    let rows: Vec<Vec<String>> = times.iter().map(row).collect::<Result<_, _>>()?;
-    let words: Vec<String> = others
-        .iter()
-        .map(|(_, words)| format!("ED / {words}"))
-        .collect();
-    let mut header = vec!["time t/t0", "ED: K/K(0)", "ED over Haff"];
-    header.extend(words.iter().map(String::as_str));
-    Ok(table(&header, &rows).into())
+    let words = others.iter().map(|(_, words)| format!(" | ED / {words}"));
+    let words: String = words.collect();
+    markdown_table(
+        &format!("time t/t0 | ED: K/K(0) | ED over Haff{words}"),
+        times.iter().map(row),
+    )
 }
 
 /// Returns the conditions that select the row of an engine and a time window.
-pub(super) fn of_window(
-    engine: &str,
-    [start, end]: [f64; 2],
-) -> [(&'static str, KeyCondition<'_>); 3] {
+pub(super) fn of_window(engine: &str, [start, end]: [f64; 2]) -> [RowKey<'_>; 3] {
     [
-        ("engine", KeyCondition::Is(engine)),
-        ("window_start", KeyCondition::At(start)),
-        ("window_end", KeyCondition::At(end)),
+        ("engine", Is(engine)),
+        ("window_start", At(start)),
+        ("window_end", At(end)),
     ]
 }

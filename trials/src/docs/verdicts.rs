@@ -2,15 +2,15 @@
 
 use std::fmt::Write as _;
 
-use stosszahl_results::{Table, TableEstimate, table};
+use stosszahl_results::{FinishedPoints, Table, TableEstimate, table};
 
-use super::data::{DataMaker, DataTable, count};
-use super::results::{FinishedRun, ResultRow};
+use super::data::{DataMaker, DataTable};
+use super::tables::count_verdicts;
 use crate::TrialError;
 
 /// Maker of the block of all verdicts of a case.
 pub(super) const VERDICTS: DataMaker = DataMaker::Data {
-    table: verdicts,
+    table: |results| Ok(verdicts(results)),
     data: DataTable { columns, summary },
 };
 
@@ -28,17 +28,17 @@ fn columns() -> Table {
     }
 }
 
-fn verdicts(results: &FinishedRun) -> Result<Table, TrialError> {
+fn verdicts(results: &FinishedPoints) -> Table {
     let mut table = columns();
-    for point in results.points() {
-        for verdict in results.verdicts(point)? {
+    for (point, stored) in &results.0 {
+        for verdict in &stored.manifest.verdicts {
             let number = verdict.number.as_ref();
             let difference = number.map_or_else(TableEstimate::default, |number| {
                 TableEstimate::with_error(number.difference, number.standard_error)
             });
             let degrees = number.and_then(|number| number.degrees_of_freedom);
             table.add((
-                (point, verdict.kind.name()),
+                (&*point.name, verdict.kind.name()),
                 (&*verdict.topic, &*verdict.sentence),
                 difference,
                 degrees.map(|degrees| degrees as f64),
@@ -47,27 +47,26 @@ fn verdicts(results: &FinishedRun) -> Result<Table, TrialError> {
             ));
         }
     }
-    Ok(table)
+    table
 }
 
 /// Formats the number of verdicts of each kind, and the sentence of each that finds no agreement.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
-    let rows: Vec<ResultRow<'_>> = ResultRow::all_rows(table).collect();
-    let mut counts = Vec::new();
-    for kind in ["agree", "differ", "undecided", "void", "warning", "note"] {
-        let found = count(&rows, "verdict", kind)?;
-        if found > 0 {
-            counts.push(format!("{found} {kind}"));
-        }
-    }
+    let kinds = ["agree", "differ", "undecided", "void", "warning", "note"];
+    let counts = kinds
+        .map(|kind| (count_verdicts(table, kind), kind))
+        .into_iter();
+    let counts = counts.filter(|(found, _)| *found > 0);
+    let counts: Vec<String> = counts
+        .map(|(found, kind)| format!("{found} {kind}"))
+        .collect();
     let mut text = format!("{} ([all sentences]({link})).\n", counts.join(", "));
-    for row in &rows {
+    for row in table.all_rows() {
         let (kind, point) = (row.words("verdict")?, row.words("point")?);
         if kind != "agree" {
-            let place = if point.is_empty() {
-                String::new()
-            } else {
-                format!("{}: ", point.replace('_', " "))
+            let place = match point {
+                "" => String::new(),
+                point => format!("{}: ", point.replace('_', " ")),
             };
             let (topic, sentence) = (row.words("topic")?, row.words("sentence")?);
             let _ = write!(text, "\n- *{kind}*, {place}{topic}: {sentence}");

@@ -1,13 +1,13 @@
 //! Inelastic collapse, infinitely many collisions in a finite time; and crystals near close
 //! packing.
 
-use nalgebra::vector;
 use stosszahl_ed::EventDrivenError;
 use stosszahl_model::State;
+use stosszahl_model::initial::Arrangement;
 use stosszahl_model::kinetic::CLOSE_PACKING;
 
-use super::gas::{ENERGY, OVERLAP, Planar, StressGas, disordered, few};
-use crate::gas::{EqualDisks, disks, domain, warm};
+use super::gas::{ENERGY, OVERLAP, Planar, RunEnd, StressGas, disordered, few};
+use crate::gas::{EqualDisks, disks, fluid};
 use crate::table::mean;
 use crate::{Done, TrialError, TrialLog};
 
@@ -87,7 +87,7 @@ fn below(log: &mut TrialLog) -> Done {
         let (number, time) = one_dimensional(restitution);
         must!(log, number.is_none(); "theory gives {number:?} collisions");
         let gas = line(restitution)?;
-        let course = gas.run_in_legs(5.0, 1_000_000, 100_000, |_, _| ())?;
+        let course = gas.run_until(5.0, 1_000_000)?;
         let end = &course.end.state;
         match &course.stopped {
             Some(error) => says_where(log, &gas, end, error, Some(time)),
@@ -97,10 +97,7 @@ fn below(log: &mut TrialLog) -> Done {
         gas.survives_kills(log, 100, 1)?;
         about!(log; "r = {restitution} with contact time");
         let regular = gas.with_contact_time(1e-6);
-        let course = regular.run_in_legs(5.0, 1_000_000, 100_000, |_, _| ())?;
-        must!(log, course.reached; "{}", course.ended());
-        regular.audit(log, &course);
-        found_in_gas!(log; "{} collisions", course.collisions());
+        regular.check(log, 5.0, 1_000_000, RunEnd::Time, 100)?;
     }
     Ok(())
 }
@@ -109,20 +106,16 @@ fn above(log: &mut TrialLog) -> Done {
     for restitution in [0.0725, 0.075, 0.08, 0.1, 0.2, 0.5, 0.9, 1.0] {
         about!(log; "r = {restitution}");
         let (number, _) = one_dimensional(restitution);
-        let gas = line(restitution)?;
-        let course = gas.run_in_legs(5.0, 1_000_000, 100_000, |_, _| ())?;
-        let found = course.collisions();
-        let good = course.stopped.is_none() && Some(found) == number;
+        let course = line(restitution)?.check(log, 5.0, 1_000_000, RunEnd::Time, 40)?;
+        let good = Some(course.collisions()) == number;
         must!(log, good; "{}, theory {number:?}", course.ended());
-        found_in_gas!(log; "{found} collisions");
-        gas.audit(log, &course);
     }
-    line(0.0725)?.survives_kills(log, 40, 1)
+    Ok(())
 }
 
 fn dense(log: &mut TrialLog) -> Done {
     let gas = disordered(1000, 0.5, 0.1, 4)?;
-    let course = gas.run_in_legs(1e6, 20_000_000, 5_000_000, |_, _| ())?;
+    let course = gas.run_until(1e6, 20_000_000)?;
     log.about("collapse");
     match &course.stopped {
         Some(error) => says_where(log, &gas, &course.end.state, error, None),
@@ -182,27 +175,14 @@ fn says_where<P: Planar>(
     }
 }
 
-/// Creates a Maxwellian crystal of 400 disks whose rows and columns fit the box exactly.
+/// Creates a Maxwellian crystal of 400 disks, whose 20 rows and columns fit the box exactly.
 pub(super) fn hexagonal(
     packing_fraction: f64,
     restitution: f64,
 ) -> Result<StressGas<EqualDisks>, TrialError> {
-    /// Number of disks along either side.
-    const SIDE: usize = 20;
-    let spacing = (CLOSE_PACKING / packing_fraction).sqrt();
-    let height = 0.75_f64.sqrt() * spacing;
-    let positions = (0..SIDE * SIDE).map(|index| {
-        let (row, column) = (index / SIDE, index % SIDE);
-        let offset = if row % 2 == 0 { 0.25 } else { 0.75 };
-        vector![
-            (column as f64 + offset) * spacing,
-            (row as f64 + 0.5) * height
-        ]
-    });
-    let scene = disks(restitution)?;
-    let domain = domain(SIDE as f64 * spacing, SIDE as f64 * height)?;
-    let start = warm(&scene, domain, positions, 1);
-    Ok(StressGas::new(scene, start))
+    let aspect = 0.75_f64.sqrt();
+    let start = fluid(Arrangement::Hexagonal, 400, packing_fraction, aspect, 1)?;
+    Ok(StressGas::new(disks(restitution)?, start))
 }
 
 fn crystal(log: &mut TrialLog, packing: f64) -> Done {
@@ -227,6 +207,7 @@ fn crystal(log: &mut TrialLog, packing: f64) -> Done {
         values.push(1.0 + (virial - seen.1) / (2.0 * count * temperature * (time - seen.0)));
         seen = (time, virial);
         log.progress(ledger.collisions as f64 / rest as f64, "");
+        true
     })?;
     settled.audit(log, &course);
     let found = mean(values)?;

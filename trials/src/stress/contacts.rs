@@ -243,7 +243,7 @@ fn drifting(log: &mut TrialLog) -> Done {
             let differ = both.position(|(a, b)| a.1 != b.1 || (a.0 - b.0).abs() > tolerance);
             let good = differ.is_none() && found.len() == most;
             must!(log, good; "collision {differ:?} differs");
-            let course = boosted.run_in_legs(3e4 / speed, 100_000, 10_000, |_, _| ())?;
+            let course = boosted.run_until(3e4 / speed, 100_000)?;
             must!(log, course.stopped.is_none(); "{}", course.ended());
             // Positions move by the speed in a unit of time and are as exact as the clock.
             log.at_most("overlap", course.overlap, OVERLAP + 1e-15 * speed);

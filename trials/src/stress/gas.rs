@@ -79,6 +79,17 @@ pub(super) struct StressGas<P: Planar> {
     pub start: State<P>,
 }
 
+/// End that a run must have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RunEnd {
+    /// The time, or the number of collisions.
+    TimeOrCount,
+    /// The time.
+    Time,
+    /// The time, or an inelastic collapse.
+    TimeOrCollapse,
+}
+
 /// Finished run of a gas from a start.
 pub(super) struct StressRun<P: Planar> {
     pub end: EventDrivenCheckpoint<P>,
@@ -167,16 +178,17 @@ impl<P: Planar> StressGas<P> {
 
     /// Runs until a time or a number of collisions.
     pub fn run_until(&self, until: f64, collisions: u64) -> Result<StressRun<P>, EventDrivenError> {
-        self.run_in_legs(until, collisions, collisions, |_, _| ())
+        self.run_in_legs(until, collisions, collisions, |_, _| true)
     }
 
-    /// Runs until a time or a number of collisions, in segments of `leg` collisions.
+    /// Runs until a time or a number of collisions, in segments of `leg` collisions, or until
+    /// `after_leg` returns false.
     pub fn run_in_legs(
         &self,
         until: f64,
         collisions: u64,
         leg: u64,
-        mut after_leg: impl FnMut(&EventDrivenCheckpoint<P>, &CollisionSums),
+        mut after_leg: impl FnMut(&EventDrivenCheckpoint<P>, &CollisionSums) -> bool,
     ) -> Result<StressRun<P>, EventDrivenError> {
         let mut course = StressRun {
             end: self.start.clone().into(),
@@ -197,7 +209,9 @@ impl<P: Planar> StressGas<P> {
             }
             course.overlap = course.overlap.max(engine.worst_overlap());
             course.end = engine.checkpoint();
-            after_leg(&course.end, &course.ledger);
+            if !after_leg(&course.end, &course.ledger) {
+                break;
+            }
         }
         Ok(course)
     }
@@ -266,19 +280,38 @@ impl<P: Planar> StressGas<P> {
         if scale > 0.0 { change / scale } else { change }
     }
 
-    /// Runs and checks the gas and records the result, then repeats the run with kills and
-    /// restarts.
-    pub fn holds(&self, log: &mut TrialLog, collisions: u64) -> Result<StressRun<P>, TrialError> {
-        let leg = collisions.div_ceil(4).max(1);
-        let course = self.run_in_legs(f64::INFINITY, collisions, leg, |_, _| ())?;
-        if let Some(error) = &course.stopped {
-            log.fault(error.to_string());
-        }
+    /// Runs the gas to a time or a number of collisions, checks it and its end, and records it. Then
+    /// repeats the first `killed` collisions with kills and restarts.
+    pub fn check(
+        &self,
+        log: &mut TrialLog,
+        until: f64,
+        most: u64,
+        end: RunEnd,
+        killed: u64,
+    ) -> Result<StressRun<P>, TrialError> {
+        let course = self.run_in_legs(until, most, most.div_ceil(4).max(1), |_, _| true)?;
+        let good = match end {
+            RunEnd::TimeOrCount => course.stopped.is_none(),
+            RunEnd::Time => course.reached,
+            RunEnd::TimeOrCollapse => course.reached || course.collapsed(),
+        };
+        must!(log, good; "{}", course.ended());
         self.audit(log, &course);
-        found_in_gas!(log; "{} collisions, energy {:.1e}, overlap {:.1e} d",
+        let then = if course.collapsed() {
+            ", then collapse"
+        } else {
+            ""
+        };
+        found_in_gas!(log; "{} collisions{then}, energy {:.1e}, overlap {:.1e} d",
             course.collisions(), self.energy_error(&course), course.overlap / self.diameter());
-        self.survives_kills(log, collisions.min(4000), 1)?;
+        self.survives_kills(log, killed.min(course.collisions()).max(1), 1)?;
         Ok(course)
+    }
+
+    /// Checks a gas for a number of collisions without an end in time.
+    pub fn holds(&self, log: &mut TrialLog, collisions: u64) -> Result<StressRun<P>, TrialError> {
+        self.check(log, f64::INFINITY, collisions, RunEnd::TimeOrCount, 4000)
     }
 
     /// Cuts the run into segments of random length, and checks that a restart changes nothing.

@@ -1,9 +1,7 @@
 //! Long runs, and kills in gases of every kind and at many moments.
 
-use stosszahl_ed::EventDrivenCheckpoint;
-
 use super::collapse::hexagonal;
-use super::gas::{CollisionSums, ENERGY, MOMENTUM, OVERLAP, StressGas, disordered};
+use super::gas::{MOMENTUM, StressGas, disordered};
 use crate::{Done, TrialLog};
 
 trials! {
@@ -34,10 +32,9 @@ fn elastic(log: &mut TrialLog) -> Done {
             let share = ledger.collisions as f64 / collisions as f64;
             log.progress(share, &format!("at time {:.4e}", end.state.time));
         }
+        true
     })?;
-    if let Some(error) = &course.stopped {
-        log.fault(error.to_string());
-    }
+    must!(log, course.stopped.is_none(); "{}", course.ended());
     let drift = gas.energy_error(&course);
     // 2e6 collisions of each disk: a linear sum of roundings of 1e-16 would be 2e-10, their random
     // walk is 1e-13.
@@ -67,37 +64,21 @@ fn cooling(log: &mut TrialLog) -> Done {
     let gas = disordered(500, 0.4, 0.9, 6)?.with_contact_time(1e-6);
     let start = gas.start.temperature(&gas.scene);
     let (mut last, mut grew) = (start, 0.0_f64);
-    let (mut lost, mut collisions) = (0.0, 0);
-    let mut from = EventDrivenCheckpoint::from(gas.start.clone());
-    while last > DECADES * start && collisions < MOST {
-        let mut engine = gas.engine(from)?;
-        let mut ledger = CollisionSums::default();
-        engine.advance(f64::INFINITY, 2000, &mut ledger)?;
-        log.at_most("overlap over d", engine.worst_overlap(), OVERLAP);
-        from = engine.checkpoint();
-        lost += ledger.lost;
-        collisions += ledger.collisions;
-        let temperature = from.state.temperature(&gas.scene);
+    let course = gas.run_in_legs(f64::INFINITY, MOST, 2000, |end, _| {
+        let temperature = end.state.temperature(&gas.scene);
         grew = grew.max(temperature / last - 1.0);
         last = temperature;
-        if ledger.collisions == 0 {
-            break;
-        }
-    }
-    let count = from.state.bodies.len() as f64;
-    log.at_most(
-        "temperature over the asked one",
-        last / (DECADES * start),
-        1.0,
-    );
+        last > DECADES * start
+    })?;
+    gas.audit(log, &course);
+    let reached = last / (DECADES * start);
+    log.at_most("temperature over the asked one", reached, 1.0);
     // Two thousand roundings.
     log.at_most("growth of the temperature", grew, 1e-12);
-    let balance = (last * count + lost) / (start * count) - 1.0;
-    log.at_most("energy balance", balance.abs(), ENERGY);
-    log.at_most("momentum", gas.momentum_error(&from.state), MOMENTUM);
+    let collisions = course.collisions();
     // The last collisions still follow the energy law among themselves, at speeds of 1e-6.
     let mut cold = gas.clone();
-    cold.start = from.state;
+    cold.start = course.end.state;
     log.about("cold gas");
     cold.holds(log, 2000)?;
     found!(log; "{collisions} collisions to T/T(0) = {:.1e}", last / start);

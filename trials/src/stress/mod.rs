@@ -6,8 +6,8 @@
 //! checkpoints.
 //!
 //! ```
-//! use stosszahl_trials::{Effort, stress};
-//! let rest = stress::event_driven().into_iter().find(|trial| trial.name == "rest");
+//! use stosszahl_trials::{Effort, stress::StressEngine};
+//! let rest = StressEngine::Ed.cases().into_iter().find(|trial| trial.name == "rest");
 //! let report = rest.expect("a trial of this name").run_trial(&Effort::default());
 //! assert!(report.passed(), "{report}");
 //! ```
@@ -28,15 +28,34 @@ mod still;
 mod ties;
 mod walls;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use crate::terminal::say;
 use crate::trial::chosen;
 use crate::{Done, Effort, TrialError, TrialRow};
 
+/// Engine with hard cases.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StressEngine {
+    /// Event-driven hard disks: collapse, close packing, ties, grazing contacts, long runs, extreme
+    /// sizes and speeds, kills.
+    Ed,
+    /// Monte Carlo, every scheme: crowded and empty cells, steps too long, cooling through 24
+    /// decades, threads, kills.
+    Dsmc,
+    /// Gases without positions: extreme sizes and temperatures, rare species, no rebound, cooling
+    /// until nothing moves, sticking until one cluster is left.
+    Mixture,
+    /// Obstacles and openings, exact dynamics and Monte Carlo: a sharp corner, a supersonic stream.
+    Walls,
+}
+
 /// Selection of hard cases, and the form of their report.
 #[derive(Clone, Debug, Args)]
 pub struct StressCases {
+    /// Engine whose cases are run.
+    #[arg(value_enum)]
+    pub engine: StressEngine,
     /// Only this case; may be repeated, or name several with commas between them.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
@@ -49,48 +68,51 @@ pub struct StressCases {
     /// Print one JSON array, one object for each case.
     #[arg(long)]
     pub json: bool,
+    /// Collisions of the runs of exact disks whose length can be set: crystals, elastic-run,
+    /// one-huge [default: 5e3 to 2e6; 1e6 to 1e9 with --long].
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u64).range(100..))]
+    pub collisions: Option<u64>,
 }
 
-/// Returns all trials of the event-driven engine, in the order in which they are run.
-pub fn event_driven() -> Vec<TrialRow> {
-    [
-        collapse::TRIALS,
-        ties::TRIALS,
-        contacts::TRIALS,
-        long::TRIALS,
-        still::TRIALS,
-        boxes::TRIALS,
-        // Last, as one of them may leave a busy thread behind.
-        extremes::TRIALS,
-    ]
-    .concat()
+impl StressEngine {
+    /// Returns all trials of the engine, in the order in which they are run.
+    pub fn cases(self) -> Vec<TrialRow> {
+        let parts: &[&[TrialRow]] = match self {
+            Self::Ed => &[
+                collapse::TRIALS,
+                ties::TRIALS,
+                contacts::TRIALS,
+                long::TRIALS,
+                still::TRIALS,
+                boxes::TRIALS,
+                // Last, as one of them may leave a busy thread behind.
+                extremes::TRIALS,
+            ],
+            Self::Dsmc => &[
+                crowds::TRIALS,
+                steps::TRIALS,
+                flight::TRIALS,
+                conserved::TRIALS,
+            ],
+            Self::Mixture => &[homogeneous::TRIALS],
+            Self::Walls => &[walls::TRIALS],
+        };
+        parts.concat()
+    }
 }
 
-/// Returns all trials of Monte Carlo in cells.
-pub fn monte_carlo() -> Vec<TrialRow> {
-    [
-        crowds::TRIALS,
-        steps::TRIALS,
-        flight::TRIALS,
-        conserved::TRIALS,
-    ]
-    .concat()
-}
-
-/// Returns all trials of gases without positions.
-pub fn mixtures() -> Vec<TrialRow> {
-    homogeneous::TRIALS.to_vec()
-}
-
-/// Returns all trials of walls, obstacles, gravity and openings, for both engines.
-pub fn walls() -> Vec<TrialRow> {
-    walls::TRIALS.to_vec()
-}
-
-/// Runs the requested trials, one after the other, and prints the findings. `collisions` is the
-/// number of collisions of the runs whose length can be set.
-pub(crate) fn command(all: &[TrialRow], asked: &StressCases, collisions: Option<u64>) -> Done {
-    let chosen = chosen(all, |trial| trial.name, "case", &asked.case)?;
+/// Runs the requested trials, one after the other, and prints the findings.
+pub(crate) fn command(asked: &StressCases) -> Done {
+    if asked.collisions.is_some() && asked.engine != StressEngine::Ed {
+        let text = "--collisions: allowed only for exact disks, stress ed";
+        return Err(TrialError::refused(text));
+    }
+    let chosen = chosen(
+        &asked.engine.cases(),
+        |trial| trial.name,
+        "case",
+        &asked.case,
+    )?;
     if asked.list {
         for trial in chosen {
             let (name, tried, required) = (trial.name, trial.tried, trial.required);
@@ -100,8 +122,8 @@ pub(crate) fn command(all: &[TrialRow], asked: &StressCases, collisions: Option<
     }
     let effort = Effort {
         long: asked.long,
-        collisions,
-        tell: asked.long || collisions.is_some(),
+        collisions: asked.collisions,
+        tell: asked.long || asked.collisions.is_some(),
         ..Effort::default()
     };
     let run = |trial: &TrialRow| {

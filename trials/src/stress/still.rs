@@ -2,9 +2,9 @@
 
 use stosszahl_model::Viscoelastic;
 
-use super::gas::{StressGas, disordered};
-use crate::gas::{EqualDisks, UNIT, particles, state};
-use crate::{Done, TrialError, TrialLog};
+use super::gas::{RunEnd, StressGas, disordered};
+use crate::gas::{UNIT, particles, state};
+use crate::{Done, TrialLog};
 
 trials! {
     "plastic" => plastic,
@@ -24,30 +24,14 @@ trials! {
         "the time is reached without an event; for ever leaves the clock where it is";
 }
 
-/// Runs until a time, and returns the number of collisions; a collapse may be a result, too.
-fn ends(
-    log: &mut TrialLog,
-    gas: &StressGas<EqualDisks>,
-    until: f64,
-    may_collapse: bool,
-) -> Result<u64, TrialError> {
-    let course = gas.run_in_legs(until, 2_000_000, 100_000, |_, _| ())?;
-    let collapsed = may_collapse && course.collapsed();
-    must!(log, course.reached || collapsed; "no end: {}", course.ended());
-    gas.audit(log, &course);
-    let then = if collapsed { ", then collapse" } else { "" };
-    found_in_gas!(log; "{} collisions{then}", course.collisions());
-    Ok(course.collisions())
-}
-
 fn plastic(log: &mut TrialLog) -> Done {
     for packing in [0.05, 0.3, 0.6] {
         let gas = disordered(200, packing, 0.0, 3)?;
         about!(log; "packing {packing}");
-        let collisions = ends(log, &gas, 100.0, true)?;
-        gas.survives_kills(log, collisions.clamp(1, 20_000), 1)?;
+        gas.check(log, 100.0, 2_000_000, RunEnd::TimeOrCollapse, 20_000)?;
         about!(log; "packing {packing} with contact time");
-        ends(log, &gas.with_contact_time(1e-4), 100.0, false)?;
+        let timed = gas.with_contact_time(1e-4);
+        timed.check(log, 100.0, 2_000_000, RunEnd::Time, 1000)?;
     }
     Ok(())
 }
@@ -66,7 +50,7 @@ fn viscoelastic(log: &mut TrialLog) -> Done {
 fn contact_times(log: &mut TrialLog) -> Done {
     const COLLISIONS: u64 = 5000;
     let gas = disordered(300, 0.4, 0.5, 11)?;
-    let run = |gas: &StressGas<_>| gas.run_in_legs(f64::INFINITY, COLLISIONS, 1000, |_, _| ());
+    let run = |gas: &StressGas<_>| gas.run_until(f64::INFINITY, COLLISIONS);
     let plain = run(&gas)?.end.state.bodies;
     for contact_time in [0.0, 5e-324] {
         let timed = run(&gas.clone().with_contact_time(contact_time))?;
@@ -92,8 +76,7 @@ fn one_moves(log: &mut TrialLog) -> Done {
                 body.velocity.fill(0.0);
             }
             about!(log; "packing {packing}, r = {restitution}");
-            let collisions = ends(log, &gas, 50.0, true)?;
-            gas.survives_kills(log, collisions.clamp(1, 20_000), 1)?;
+            gas.check(log, 50.0, 2_000_000, RunEnd::TimeOrCollapse, 20_000)?;
         }
     }
     Ok(())

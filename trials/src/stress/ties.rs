@@ -39,9 +39,7 @@ impl Sum {
     ) -> Result<State<EqualDisks>, TrialError> {
         const MOST: u64 = 10_000;
         let course = gas.run_until(until, MOST)?;
-        if let Some(error) = &course.stopped {
-            log.fault(error.to_string());
-        }
+        must!(log, course.stopped.is_none(); "{}", course.ended());
         gas.audit(log, &course);
         let (end, collisions) = (course.end.state, course.ledger.collisions);
         let count = gas.start.bodies.len();

@@ -89,10 +89,7 @@ impl UnitDiskGas {
     }
 
     /// Measures the contact values under molecular chaos: Monte Carlo at Enskog's rate in one cell.
-    ///
-    /// # Errors
-    /// [`TrialError`] if the gas cannot be made or followed.
-    pub fn chaos(&self, seeds: u64) -> Result<ContactValue, TrialError> {
+    fn chaos(&self, seeds: u64) -> Result<ContactValue, TrialError> {
         let enskog = METHODS.iter().find(|method| method.name == "enskog");
         let method = enskog.ok_or_else(|| TrialError::failed("no scheme enskog"))?;
         let all = over_seeds(0..seeds, |seed| {
@@ -133,6 +130,9 @@ pub(super) fn test_contact(log: &mut TrialLog) -> Done {
     let what = "g(d+) by flux over (1 + r)/(2 r) χ of the collision rate";
     for packing in PACKINGS {
         let chi = kinetic::contact_value(packing);
+        let place = |scheme, setting, found: &ContactValue| {
+            RowPlace::new("exact", scheme, setting, packing, found.seconds)
+        };
         let elastic = UnitDiskGas {
             disks: 1000,
             packing,
@@ -140,51 +140,30 @@ pub(super) fn test_contact(log: &mut TrialLog) -> Done {
             collisions: 50,
         };
         let found = elastic.exact(40 * more)?;
-        let here = RowPlace::new(
-            "exact",
-            "event-driven",
-            "1000 disks",
-            packing,
-            found.seconds,
-        );
-        log.add(here.row("g(d+) by flux", chi, found.flux, Some(0.004 * chi)));
-        log.add(here.row(
-            "χ of the collision rate",
-            chi,
-            found.rate,
-            Some(0.003 * chi),
-        ));
+        let here = place("event-driven", "1000 disks", &found);
+        log.claim(&here, "g(d+) by flux", chi, found.flux, Some(0.004 * chi));
+        let rate = "χ of the collision rate";
+        log.claim(&here, rate, chi, found.rate, Some(0.003 * chi));
         let cooling = UnitDiskGas {
             restitution: 0.8,
             collisions: 5,
             ..elastic
         };
         let found = cooling.exact(200 * more)?;
-        let here = RowPlace::new(
-            "exact",
-            "event-driven",
-            "1000 disks, r = 0.8, 5 to 10 collisions of each",
-            packing,
-            found.seconds,
-        );
-        let factor = separation_factor(0.8);
-        log.add(here.row("g(d+) by flux", factor * chi, found.flux, None));
-        log.add(here.row("χ of the collision rate", chi, found.rate, None));
-        log.add(here.row(what, 1.0, found.flux_over_rate, None));
+        let setting = "1000 disks, r = 0.8, 5 to 10 collisions of each";
+        let here = place("event-driven", setting, &found);
+        let flux = separation_factor(0.8) * chi;
+        log.claim(&here, "g(d+) by flux", flux, found.flux, None);
+        log.claim(&here, rate, chi, found.rate, None);
+        log.claim(&here, what, 1.0, found.flux_over_rate, None);
         let chaos = UnitDiskGas {
             disks: 100,
             collisions: 100,
             ..cooling
         };
         let found = chaos.chaos(16 * more)?;
-        let here = RowPlace::new(
-            "exact",
-            "enskog",
-            "r = 0.8, one cell",
-            packing,
-            found.seconds,
-        );
-        log.add(here.row(what, 1.0, found.flux_over_rate, Some(0.005)));
+        let here = place("enskog", "r = 0.8, one cell", &found);
+        log.claim(&here, what, 1.0, found.flux_over_rate, Some(0.005));
     }
     Ok(())
 }

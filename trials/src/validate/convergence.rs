@@ -121,7 +121,7 @@ fn swept(log: &mut TrialLog, method: &Method, (name, tends_to, values): Sweep) -
                 y: found.value,
                 error: found.standard_error.unwrap_or(f64::NAN),
             });
-            log.add(here.row(QUANTITIES[index], limits[index], found, None));
+            log.claim(&here, QUANTITIES[index], limits[index], found, None);
         }
     }
     here.seconds = total;
@@ -132,19 +132,26 @@ fn swept(log: &mut TrialLog, method: &Method, (name, tends_to, values): Sweep) -
         let order = fit::order(points)?;
         let claimed = method.claims(SchemeSetting::Refined, SchemeQuantity::Limit);
         let (chi, freedom) = (line.chi_squared, line.degrees_of_freedom);
-        log.add(here.row(
+        log.claim(
+            &here,
             format!("{what}, order {tends_to} (chi² {chi:.1} of {freedom})"),
             limits[index],
             estimate(line.intercept, line.intercept_error),
             claimed.then_some(TOLERANCES[index]),
-        ));
+        );
         let slope = estimate(line.slope, line.slope_error);
-        log.add(here.row(format!("{what}, slope"), 0.0, slope, None));
+        log.claim(&here, format!("{what}, slope"), 0.0, slope, None);
         // Order of the error, only where the error is resolved.
         if line.slope.abs() > 5.0 * line.slope_error {
             let half = 0.5 * (order.range[1] - order.range[0]);
             let found = estimate(order.value, half);
-            log.add(here.row(format!("{what}, measured order"), tends_to, found, None));
+            log.claim(
+                &here,
+                format!("{what}, measured order"),
+                tends_to,
+                found,
+                None,
+            );
         }
     }
     Ok(())

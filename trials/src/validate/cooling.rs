@@ -10,10 +10,9 @@
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_model::{kinetic, transport};
 
-use super::over_seeds;
 use super::schemes::{SchemeQuantity, SchemeSetting};
 use super::small_gas::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
-use super::subject::{CollisionMethod, ExactDynamics, GasCourse, ObservedGas, Simulated};
+use super::subject::{ExactDynamics, GasCourse, ObservedGas, Simulated};
 use crate::table::{RowPlace, against, divided_by, mean};
 use crate::{Done, TrialError, TrialLog};
 
@@ -22,19 +21,15 @@ const TIMES: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 /// Number of simulators per disk at which the noise of few simulators vanishes.
 const MANY: u32 = 64;
 
-/// Returns the courses of replicas of a subject, and their seconds.
-fn courses(
-    subject: &dyn CollisionMethod,
-    replicas: u64,
-) -> Result<(Vec<GasCourse>, f64), TrialError> {
-    let gas = ObservedGas {
+/// Returns the gas to follow.
+fn small_gas() -> ObservedGas {
+    ObservedGas {
         disks: DISKS,
         packing: PACKING,
         restitution: RESTITUTION,
         equilibrate: EQUILIBRATE,
         times: TIMES.map(|time| time * haff_time()).to_vec(),
-    };
-    over_seeds(0..replicas, |seed| subject.follow_gas(&gas, seed))
+    }
 }
 
 /// Mean temperature of the replicas at the sample time of this index.
@@ -56,16 +51,17 @@ fn law(time: f64) -> f64 {
 pub(super) fn test_cooling(log: &mut TrialLog) -> Done {
     let few = if log.effort.quick { 400 } else { 10_000 };
     let many = if log.effort.quick { 16 } else { 400 };
-    let (exact, seconds) = courses(&ExactDynamics, few)?;
+    let gas = small_gas();
+    let (exact, seconds) = gas.follow_all(&ExactDynamics, few)?;
     let simplest = kinetic::fourth_cumulant(2, RESTITUTION);
     let cumulant = cumulant()?;
     let here =
         RowPlace::new("cooling", "event-driven", "48 disks", PACKING, seconds).only_default(false);
     for (index, time) in TIMES.into_iter().enumerate() {
         let found = divided_by(temperature(&exact, index)?, law(time));
-        log.add(here.row(format!("K/Haff at t/t0 = {time}"), 1.0, found, None));
+        log.claim(&here, format!("K/Haff at t/t0 = {time}"), 1.0, found, None);
     }
-    log.add(here.row("a2", cumulant, mean_cumulant(&exact)?, None));
+    log.claim(&here, "a2", cumulant, mean_cumulant(&exact)?, None);
     for method in log.effort.methods.clone() {
         for setting in SchemeSetting::ALL {
             let mut parameters = method.parameters_at(setting);
@@ -74,7 +70,7 @@ pub(super) fn test_cooling(log: &mut TrialLog) -> Done {
             }
             let copies = parameters.simulators_per_particle;
             let replicas = (few / u64::from(copies)).max(many);
-            let (found, seconds) = courses(&Simulated(parameters), replicas)?;
+            let (found, seconds) = gas.follow_all(&Simulated(parameters), replicas)?;
             let name = format!("{} {copies}", setting.name());
             let here = RowPlace::new("cooling", method.name, name, PACKING, seconds);
             let here = here.only_default(method.default);
@@ -90,16 +86,23 @@ pub(super) fn test_cooling(log: &mut TrialLog) -> Done {
                     ("K/Haff", divided_by(own, law(time)))
                 };
                 let what = format!("{what} at t/t0 = {time}");
-                log.add(here.row(what, 1.0, ratio, claim(SchemeQuantity::Cooling, 0.01)));
+                log.claim(
+                    &here,
+                    what,
+                    1.0,
+                    ratio,
+                    claim(SchemeQuantity::Cooling, 0.01),
+                );
             }
             let found = mean_cumulant(&found)?;
-            log.add(here.row(
+            log.claim(
+                &here,
                 "a2",
                 cumulant,
                 found,
                 claim(SchemeQuantity::Cumulant, 0.002),
-            ));
-            log.add(here.row("a2, first Sonine order", simplest, found, None));
+            );
+            log.claim(&here, "a2, first Sonine order", simplest, found, None);
         }
     }
     Ok(())

@@ -17,44 +17,26 @@ use crate::{Done, TrialError, TrialLog};
 
 /// Compressibility factor Z of hard disks by packing fraction, from the ten-term virial series of
 /// Kolafa & Rottner, Mol. Phys. 104, 3435 (2006).
-pub const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4.107)];
+const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4.107)];
+/// Number of disks of the equation of state.
+const DISKS: usize = 10_000;
 
-/// Compressibility factor Z from the virial, and the collision rate over `4 (Z - 1)/√π` of the same
-/// run, over blocks of a number of collisions.
-#[derive(Clone, Copy, Debug)]
-pub struct EquationOfState {
-    /// Compressibility factor Z.
-    pub factor: Estimate,
-    /// Collision rate over `4 (Z - 1)/√π`, the rate that follows from Z.
-    pub rate: Estimate,
-}
-
-/// Measures the equation of state of elastic disks.
-///
-/// # Errors
-/// [`TrialError`] if the gas cannot be made or followed.
-pub fn equation_of_state(
-    disks: usize,
-    packing: f64,
-    blocks: usize,
-    collisions: u64,
-) -> Result<EquationOfState, TrialError> {
-    let mut now = start(disks, packing, 2, 20.0)?;
+/// Measures the compressibility factor Z of elastic disks from the virial, and the collision rate
+/// over `4 (Z - 1)/√π`, the rate that follows from Z. Errors are those of ten blocks of collisions.
+fn equation_of_state(packing: f64, collisions: u64) -> Result<[Estimate; 2], TrialError> {
+    let mut now = start(DISKS, packing, 2, 20.0)?;
     let (mut factors, mut quotients) = (Vec::new(), Vec::new());
-    for _ in 0..blocks {
+    for _ in 0..10 {
         let (mut gas, mut virial) = (exact(&now, 1.0)?, Virial::default());
         gas.advance(f64::INFINITY, Budget::Collisions(collisions), &mut virial)?;
         now = gas.particles();
-        let factor = virial.compressibility_factor::<EqualDisks>(disks, 1.0, now.time);
-        let rate = 2.0 * collisions as f64 / disks as f64 / now.time;
+        let factor = virial.compressibility_factor::<EqualDisks>(DISKS, 1.0, now.time);
+        let rate = 2.0 * collisions as f64 / DISKS as f64 / now.time;
         factors.push(factor);
         quotients.push(rate / (4.0 * (factor - 1.0) / PI.sqrt()));
         now.time = 0.0;
     }
-    Ok(EquationOfState {
-        factor: mean(factors)?,
-        rate: mean(quotients)?,
-    })
+    Ok([mean(factors)?, mean(quotients)?])
 }
 
 fn place_text(setting: &str, packing: f64, began: Instant) -> RowPlace {
@@ -98,10 +80,8 @@ fn mechanics(log: &mut TrialLog) -> Done {
     } else {
         5_000_000
     };
-    let (state, scene) = (
-        relaxed(disordered(10_000, 0.25, 1)?, 10.0)?,
-        unit_disks(1.0)?,
-    );
+    let state = relaxed(disordered(10_000, 0.25, 1)?, 10.0)?;
+    let scene = unit_disks(1.0)?;
     let (first, momentum) = (state.temperature(&scene), state.momentum(&scene));
     let mut engine =
         EventDrivenEngine::<EqualDisks>::new(scene.clone(), DissipationRule::Scene, state)?;
@@ -132,12 +112,12 @@ fn state(log: &mut TrialLog) -> Done {
     };
     for (packing, expected) in COMPRESSIBILITY {
         let began = Instant::now();
-        let found = equation_of_state(10_000, packing, 10, collisions)?;
+        let [factor, rate] = equation_of_state(packing, collisions)?;
         let here = place_text("10 000 disks", packing, began);
         let within = Some(tolerance * expected);
-        log.add(here.row("Z (Kolafa & Rottner 2006)", expected, found.factor, within));
+        log.claim(&here, "Z (Kolafa & Rottner 2006)", expected, factor, within);
         let what = "collision rate/(4 (Z - 1)/√π)";
-        log.add(here.row(what, 1.0, found.rate, Some(0.5 * tolerance)));
+        log.claim(&here, what, 1.0, rate, Some(0.5 * tolerance));
     }
     Ok(())
 }
@@ -154,6 +134,6 @@ fn structure(log: &mut TrialLog) -> Done {
     })?;
     let here = place_text("2000 disks", 0.25, began);
     let what = "S(k d < 0.6) over the compressibility";
-    log.add(here.row(what, 1.0, mean(found)?, Some(0.1)));
+    log.claim(&here, what, 1.0, mean(found)?, Some(0.1));
     Ok(())
 }

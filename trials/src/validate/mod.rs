@@ -17,7 +17,7 @@ pub mod contact;
 mod convergence;
 mod cooling;
 mod elastic;
-pub mod exact;
+mod exact;
 mod gas;
 pub mod schemes;
 mod small_gas;
@@ -208,7 +208,7 @@ impl Outcome {
     fn write(&self, path: &Path, quick: bool) -> Done {
         let option = if quick { " --quick" } else { "" };
         let command = format!("stosszahl-trials validate{option}");
-        let block = docs::typed("validation", &command, &table(&self.rows), path)?;
+        let block = docs::claims_block(&command, &table(&self.rows), path)?;
         let mut text = format!(
             "# Validation\n\nWritten by `{command}`, version {}. A claim passes if the value is within its tolerance and \
              the standard error at most half of that; with a wider error it is unresolved, and what is not claimed is \

@@ -76,11 +76,11 @@ fn cooling<S: Space>(log: &mut TrialLog) -> Done {
     for (index, time) in TIMES.into_iter().enumerate() {
         for (part, what) in ["K", "collisions"].into_iter().enumerate() {
             let what = format!("{what}/theory at t/t0 = {time}");
-            log.add(here.row(what, 1.0, over(index, part)?, Some(0.005)));
+            log.claim(&here, what, 1.0, over(index, part)?, Some(0.005));
         }
     }
     let what = format!("a2 less that of theory at t/t0 = {}", TIMES[1]);
-    log.add(here.row(what, 0.0, over(TIMES.len() - 1, 2)?, Some(0.003)));
+    log.claim(&here, what, 0.0, over(TIMES.len() - 1, 2)?, Some(0.003));
     Ok(())
 }
 
@@ -112,7 +112,7 @@ pub(super) fn test_spheres(log: &mut TrialLog) -> Done {
     ] {
         let found = mean(runs.iter().map(|run| run.number(name) / unit))?;
         let what = format!("{what} (Bodrova & Osinsky 2024)");
-        log.add(here.row(what, expected, found, Some(tolerance)));
+        log.claim(&here, what, expected, found, Some(tolerance));
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ use stosszahl_model::{Particles, Simulation, kinetic};
 use super::gas::{advance, amplitudes, exact, monte_carlo, start};
 use super::over_seeds;
 use super::schemes::Method;
-use crate::table::{RowPlace, mean};
+use crate::table::{RowPlace, against, mean};
 use crate::{Done, TrialError, TrialLog};
 
 const DISKS: usize = 2000;
@@ -61,18 +61,6 @@ fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], TrialError
     Ok(sums)
 }
 
-/// Quotient of two independent estimates.
-fn quotient(one: Estimate, other: Estimate) -> Estimate {
-    let relative = |of: Estimate| of.standard_error.map(|error| error / of.value);
-    let value = one.value / other.value;
-    let both = relative(one).zip(relative(other));
-    Estimate {
-        value,
-        standard_error: both.map(|(a, b)| value * a.hypot(b)),
-        ..one
-    }
-}
-
 /// Runs exact disks, and the schemes with rising numbers of simulators per disk. The contact-point
 /// scheme claims the structure of exact disks from [`MANY`] on.
 pub(super) fn test_structure(log: &mut TrialLog) -> Done {
@@ -86,7 +74,7 @@ pub(super) fn test_structure(log: &mut TrialLog) -> Done {
     for (wave, (k, _)) in WAVES.into_iter().enumerate() {
         let reference = mean(found.iter().map(|gas| gas[wave]))?;
         let theory = kinetic::structure_factor_at_zero(PACKING);
-        log.add(here.row(format!("S(k d = {k:.1})"), theory, reference, None));
+        log.claim(&here, format!("S(k d = {k:.1})"), theory, reference, None);
         references.push(reference);
     }
     for method in log.effort.methods.clone() {
@@ -119,9 +107,9 @@ fn of_scheme<'a>(
         && matches!(parameters.scheme, Scheme::ContactPoint { .. })
         && parameters.cell_size.is_none();
     for (wave, (k, _)) in WAVES.into_iter().enumerate() {
-        let ratio = quotient(mean(found.iter().map(|gas| gas[wave]))?, references[wave]);
+        let ratio = against(mean(found.iter().map(|gas| gas[wave]))?, references[wave]);
         let what = format!("S(k d = {k:.1})/exact disks");
-        log.add(here.row(what, 1.0, ratio, is_claimed.then_some(CLAIM)));
+        log.claim(&here, what, 1.0, ratio, is_claimed.then_some(CLAIM));
     }
     Ok(())
 }

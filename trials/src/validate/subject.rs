@@ -4,8 +4,6 @@
 //! collisions. The claims know nothing else of it, so that a method with a planted fault can be put
 //! in its place: the tests of the validator do that.
 
-use std::time::Instant;
-
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
@@ -86,6 +84,16 @@ fn observed(gas: &ObservedGas, mut engine: Box<dyn Simulation>) -> Result<GasCou
 }
 
 impl ObservedGas {
+    /// Follows the gas with a subject from some seeds; returns the courses, and the seconds that all
+    /// took.
+    pub(super) fn follow_all(
+        &self,
+        subject: &dyn CollisionMethod,
+        seeds: u64,
+    ) -> Result<(Vec<GasCourse>, f64), TrialError> {
+        over_seeds(0..seeds, |seed| subject.follow_gas(self, seed))
+    }
+
     fn start(&self, seed: u64) -> Result<Particles, TrialError> {
         start(self.disks, self.packing, seed, self.equilibrate)
     }
@@ -180,7 +188,6 @@ fn courses(
     (packing, restitution): (f64, f64),
     times: Vec<f64>,
 ) -> Result<(Vec<GasCourse>, RowPlace), TrialError> {
-    let began = Instant::now();
     let gas = ObservedGas {
         disks,
         packing,
@@ -188,12 +195,9 @@ fn courses(
         equilibrate: EQUILIBRATE,
         times,
     };
-    let (courses, _) = over_seeds(0..seeds, |seed| subject.follow_gas(&gas, seed))?;
-    let seconds = began.elapsed().as_secs_f64();
-    Ok((
-        courses,
-        RowPlace::new("engines", subject.table_name(), setting, packing, seconds),
-    ))
+    let (courses, seconds) = gas.follow_all(subject, seeds)?;
+    let place = RowPlace::new("engines", subject.table_name(), setting, packing, seconds);
+    Ok((courses, place))
 }
 
 /// Tests elastic disks at packing 0.25: the rate of Enskog's theory within 1 %, colliding pairs
@@ -222,7 +226,7 @@ fn elastic(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog)
         ("K/K(0)", 1.0, energy, 1e-9),
         ("a2", 0.0, cumulant, 0.03),
     ] {
-        log.add(here.row(what, expected, found, Some(tolerance)));
+        log.claim(&here, what, expected, found, Some(tolerance));
     }
     Ok(())
 }
@@ -239,11 +243,17 @@ fn cooling(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog)
         let ratio = mean_over(&courses, |course| {
             Some(course.temperatures.get(index)? / law)
         })?;
-        log.add(here.row(format!("K/Haff at t/t0 = {time}"), 1.0, ratio, Some(0.01)));
+        log.claim(
+            &here,
+            format!("K/Haff at t/t0 = {time}"),
+            1.0,
+            ratio,
+            Some(0.01),
+        );
     }
     let found = mean_over(&courses, |course| course.cumulants.last().copied())?;
     let what = format!("a2 at t/t0 = {}", COOLING_TIMES[1]);
-    log.add(here.row(what, small_gas::cumulant()?, found, Some(0.01)));
+    log.claim(&here, what, small_gas::cumulant()?, found, Some(0.01));
     Ok(())
 }
 

@@ -110,7 +110,7 @@ impl Growth {
             let found = self.exponents[index];
             let theory = transport::shear_exponent(k, critical);
             let what = format!("exponent, {n} waves, k/kc {:.2}", k / critical);
-            log.add(place.row(format!("{what}, theory"), theory, found, claim));
+            log.claim(place, format!("{what}, theory"), theory, found, claim);
             if let Some(exact) = exact {
                 let other = exact.exponents[index];
                 let errors = found.standard_error.zip(other.standard_error);
@@ -118,7 +118,13 @@ impl Growth {
                     standard_error: errors.map(|(a, b)| a.hypot(b)),
                     ..found
                 };
-                log.add(place.row(format!("{what}, event-driven"), other.value, found, claim));
+                log.claim(
+                    place,
+                    format!("{what}, event-driven"),
+                    other.value,
+                    found,
+                    claim,
+                );
             }
         }
         let logarithm = FIRST + f64::from(SAMPLES - 1) * SPACING;
@@ -127,10 +133,10 @@ impl Growth {
             let found = self.energies[index];
             let theory = transport::thermal_shear_energy(k, critical, logarithm);
             let what = format!("energy/T, {n} waves, ln(1 + t/t0) = {logarithm:.1}");
-            log.add(place.row(format!("{what}, theory"), theory, found, None));
+            log.claim(place, format!("{what}, theory"), theory, found, None);
             if let Some(exact) = exact {
                 let ratio = against(found, exact.energies[index]);
-                log.add(place.row(format!("{what} over event-driven"), 1.0, ratio, None));
+                log.claim(place, format!("{what} over event-driven"), 1.0, ratio, None);
             }
         }
     }

@@ -7,9 +7,10 @@ use stosszahl_model::{kinetic, transport};
 use super::schemes::METHODS;
 use super::subject::{ClaimEffort, ContactPoint, ExactDynamics, claims};
 use super::{cooling, elastic, exact, spheres, unstable};
+use crate::stress::StressEngine;
 use crate::table::RowPlace;
 use crate::trial::ENDLESS;
-use crate::{Done, Effort, TrialLog, stress};
+use crate::{Done, Effort, TrialLog};
 
 trials! {
     "literature" => literature,
@@ -37,29 +38,20 @@ fn literature(log: &mut TrialLog) -> Done {
     // speed is itself rounded to four digits, which moves 1/t0 by 0.15 %.
     let luding = 0.2047 / 2.0_f64.sqrt() / (0.001 * kinetic::haff_time(0.25, 0.8, chi));
     let length = transport::critical_length(0.25, chi, 0.8);
+    let cumulant = kinetic::fourth_cumulant(2, 0.8);
+    let rate = "1/t0 in 1/s (Luding, Müller & McNamara 1998)";
     let modes = "critical length of shear modes in d, r = 0.8, Enskog theory in first Sonine order";
+    let contact = "contact value (Henderson 1975)";
     for (what, packing, value, rounding, found) in [
-        (
-            "1/t0 in 1/s (Luding, Müller & McNamara 1998)",
-            0.25,
-            23.24,
-            0.04,
-            luding,
-        ),
+        (rate, 0.25, 23.24, 0.04, luding),
         (modes, 0.25, 17.3, 0.09, length),
-        (
-            "contact value (Henderson 1975)",
-            0.25,
-            1.5833,
-            0.0001,
-            kinetic::henderson(0.25),
-        ),
+        (contact, 0.25, 1.5833, 0.0001, kinetic::henderson(0.25)),
         (
             "a2 of disks, r = 0.8 (van Noije & Ernst 1998)",
             0.0,
             -0.0219,
             0.0001,
-            kinetic::fourth_cumulant(2, 0.8),
+            cumulant,
         ),
     ] {
         let seconds = began.elapsed().as_secs_f64();
@@ -97,12 +89,12 @@ fn monte_carlo(log: &mut TrialLog) -> Done {
 /// Runs every stress trial, and records for each the claim that it has no faults.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn suites(log: &mut TrialLog) -> Done {
-    for (name, trials) in [
-        ("stress ed", stress::event_driven()),
-        ("stress dsmc", stress::monte_carlo()),
-        ("stress mixture", stress::mixtures()),
+    for (name, engine) in [
+        ("stress ed", StressEngine::Ed),
+        ("stress dsmc", StressEngine::Dsmc),
+        ("stress mixture", StressEngine::Mixture),
     ] {
-        for trial in trials {
+        for trial in engine.cases() {
             let report = trial.run_trial(&Effort::default());
             let here = RowPlace::new("stress", name, trial.name, 0.0, report.seconds);
             log.add(here.exact("faults", 0.0, report.faults.len() as f64, 0.5));

@@ -4,17 +4,11 @@
 use std::fs;
 use std::path::Path;
 
-use stosszahl_trials::TrialError;
 use stosszahl_trials::docs::{
-    self, DATA, DataMaker, DocsEntry, ENTRIES, EntrySource, FinishedRun, Head, ROOT,
-    ROWS_OF_A_PAGE, block_names, find_block, generated_rows, is_open, outside, pages, replace,
-    stale, stale_typed, strays, unfounded,
+    self, DATA, DataMaker, ENTRIES, EntrySource, Head, ROOT, ROWS_OF_A_PAGE, block_names, faults,
+    find_block, generated_rows, is_open, outside, pages, replace, stale, stale_typed, strays,
+    unfounded,
 };
-
-/// Lists the differences between a block, or its file, and results.
-fn faults(page: &str, entry: &DocsEntry, results: &FinishedRun) -> Result<Vec<String>, TrialError> {
-    docs::faults(Path::new(ROOT), page, entry, results)
-}
 
 fn read(file: &str) -> String {
     fs::read_to_string(Path::new(ROOT).join(file)).expect("a page")
@@ -160,7 +154,7 @@ fn a_planted_number_is_found() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = |name: &str| {
         let set = ["gas.number=60", "replicas=3"].map(str::to_owned);
-        let done = FinishedRun::run_case(case, &set, &folder.path().join(name), false, "c0ffee");
+        let done = docs::run_bundled(case, &set, &folder.path().join(name), false, "c0ffee");
         let (results, commit) = done.expect("a run");
         assert_eq!(commit, "c0ffee");
         results

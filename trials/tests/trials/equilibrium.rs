@@ -1,11 +1,10 @@
-//! Elastic disks against known results: conservation over millions of collisions, equation of
-//! state, collision rate, impact parameters. Values from the literature with their source.
+//! Impact parameters of elastic disks. `stosszahl-trials validate` has what else is known of them:
+//! conservation, equation of state, collision rate.
 
-use crate::support::{EqualDisks, disks, disordered};
 use stosszahl_analysis::equilibrium::impact_uniform;
 use stosszahl_ed::{DissipationRule, EventDrivenEngine};
-use stosszahl_model::{Collision, Observer, State};
-use stosszahl_trials::validate::exact::{COMPRESSIBILITY, equation_of_state};
+use stosszahl_model::{Collision, Observer};
+use stosszahl_trials::gas::{EqualDisks, disks, disordered};
 
 fn equilibrated(
     count: usize,
@@ -13,9 +12,10 @@ fn equilibrated(
     seed: u64,
     collisions_per_particle: u64,
 ) -> EventDrivenEngine<EqualDisks> {
-    let start = disordered(count, packing, seed);
+    let start = disordered(count, packing, seed).expect("a gas");
+    let scene = disks(1.0).expect("a coefficient");
     let mut engine =
-        EventDrivenEngine::new(disks(1.0), DissipationRule::Scene, start).expect("an engine");
+        EventDrivenEngine::new(scene, DissipationRule::Scene, start).expect("an engine");
     engine
         .advance(
             f64::INFINITY,
@@ -24,66 +24,6 @@ fn equilibrated(
         )
         .expect("collisions");
     engine
-}
-
-fn restarted(engine: &EventDrivenEngine<EqualDisks>) -> EventDrivenEngine<EqualDisks> {
-    let mut state: State<EqualDisks> = engine.state();
-    state.time = 0.0;
-    EventDrivenEngine::new(disks(1.0), DissipationRule::Scene, state).expect("an engine")
-}
-
-/// Runs five million collisions of ten thousand disks: energy to 1e-11, no overlap beyond 1e-11 d.
-#[test]
-fn energy_and_exclusion_hold_over_millions_of_collisions() {
-    let scene = disks(1.0);
-    let mut engine = equilibrated(10_000, 0.25, 1, 10);
-    let energy = engine.state().kinetic_energy(&scene);
-    let mut worst = 0.0_f64;
-    // Segments as in a run.
-    for _ in 0..50 {
-        engine
-            .advance(f64::INFINITY, 100_000, &mut ())
-            .expect("collisions");
-        worst = worst.max(engine.worst_overlap());
-        engine = restarted(&engine);
-        worst = worst.max(engine.worst_overlap());
-    }
-    let drift = engine.state().kinetic_energy(&scene) / energy - 1.0;
-    println!("5e6 collisions: relative energy drift {drift:e}, worst overlap {worst:e} d");
-    assert!(drift.abs() <= 1e-11, "energy drift {drift:e}");
-    assert!(worst <= 1e-11, "overlap {worst:e}");
-}
-
-/// Compares Z from the virial with the ten-term virial series of Kolafa & Rottner, Mol. Phys. 104,
-/// 3435 (2006), within 0.2 %. The collision rate is compared with omega = 4 (Z - 1)/sqrt(pi) of the
-/// same run, within 0.1 %. Errors are from ten blocks; both tolerances must be at least 3 measured
-/// standard errors wide.
-#[test]
-fn equation_of_state_and_collision_rate() {
-    for (packing, expected) in COMPRESSIBILITY {
-        let found = equation_of_state(10_000, packing, 10, 800_000).expect("a gas");
-        let [(z, z_error), (quotient, quotient_error)] = [found.factor, found.rate]
-            .map(|part| (part.value, part.standard_error.expect("ten blocks")));
-        println!(
-            "packing {packing}: Z = {z:.5} +- {z_error:.5} (expected {expected}), rate over virial {quotient:.5} +- {quotient_error:.5}"
-        );
-        assert!(
-            3.0 * z_error < 0.002 * expected,
-            "Z = {z} +- {z_error}: too wide"
-        );
-        assert!(
-            (z / expected - 1.0).abs() < 0.002,
-            "Z = {z} +- {z_error}, expected {expected}"
-        );
-        assert!(
-            3.0 * quotient_error < 0.001,
-            "rate over virial +- {quotient_error}: too wide"
-        );
-        assert!(
-            (quotient - 1.0).abs() < 0.001,
-            "rate over virial {quotient} +- {quotient_error}"
-        );
-    }
 }
 
 #[derive(Default)]

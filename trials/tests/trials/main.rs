@@ -5,7 +5,5 @@ mod calibrate;
 mod docs;
 mod equilibrium;
 mod stress;
-#[path = "../support/mod.rs"]
-mod support;
 mod validation;
 mod validator;
