@@ -7,8 +7,8 @@ use stosszahl_theory::ElasticDisks;
 use super::gas::{exact, start};
 use super::over_seeds;
 use crate::table::{RowPlace, mean};
-use crate::three_disks::bulk_viscosity;
 use crate::{Done, TrialLog};
+use stosszahl_theory::three_disks::bulk_viscosity;
 
 /// Number of disks.
 const DISKS: usize = 256;
