@@ -17,6 +17,7 @@ mod owners;
 mod partners;
 mod ranks;
 mod shards;
+mod start;
 mod subdomain;
 #[cfg(test)]
 mod tests;

@@ -83,16 +83,18 @@ pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
     needed.fold(0.0, f64::max)
 }
 
-/// Refuses points that run one after the other, if one of them needs more memory than is free.
+/// Refuses points that run one after the other, if one of them needs more memory than is free in
+/// each of the processes that hold its gases together.
 ///
 /// # Errors
 /// [`RunError::Memory`].
 pub(crate) fn require_memory_of_each(
     planned: &[Planned<'_>],
     threads: usize,
+    processes: usize,
     options: &RunOptions<'_>,
 ) -> Result<(), RunError> {
-    let bytes = planned.iter().map(|one| one.cost(threads).bytes);
+    let bytes = (planned.iter()).map(|one| one.cost(threads).bytes_each(processes));
     require_memory(bytes.fold(0.0, f64::max), options)
 }
 

@@ -206,6 +206,17 @@ impl CasePlan {
         self.is_uniform_box() && !self.is_rough() && self.case.start.region.is_none()
     }
 
+    /// Returns true if the simulators of an engine start independently of each other, so that they
+    /// can be made one after the other: particles do not exclude each other, none comes from a file
+    /// or is a copy, and weights are uniform.
+    pub(crate) fn has_independent_start(&self, engine: &EnginePlan) -> bool {
+        engine.parameters().is_some()
+            && !self.keeps_apart()
+            && self.file.is_none()
+            && (engine.copies() == 1 || !self.starts_from_copies())
+            && engine.weights.factors().is_empty()
+    }
+
     /// Mean free path of the uniform flow at the collision rate of a scheme in cells.
     pub fn flow_path(&self, scheme: Scheme) -> f64 {
         let densest = if self.dimension == 2 { 0.6 } else { 0.5 };
