@@ -262,7 +262,7 @@ const INDEPENDENT: [&str; 6] = [
      [run]\nuntil = 1\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 3\n",
     "[gas]\nrestitution = 0.9\n[box]\nsize = [60, 60]\n[walls]\nbottom = \"specular\"\ntop = \"specular\"\n\
      [[species]]\nnumber = 100\ndiameter = 1\n[[species]]\nnumber = 50\ndiameter = 3\nmass = 4\n[[species]]\nnumber = 70\ndiameter = 2\n\
-     [run]\nuntil = 1\n[engine.dsmc-enskog]\n",
+     [run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
     "[gas]\nnumber = 300\nrestitution = 0.9\n[box]\nsize = [60, 60]\n[walls]\nbottom = \"specular\"\ntop = \"specular\"\n\
      [start]\nregion = [[10, 10], [30, 40]]\nvelocity = [0.5, -0.25]\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
     "[gas]\nnumber = 300\nrestitution = 0.9\n[box]\nsize = [60, 60]\n[walls]\nleft = \"specular\"\nright = \"specular\"\n\
