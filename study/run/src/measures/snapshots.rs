@@ -1,7 +1,8 @@
-//! All particles of chosen replicas at chosen times, in the units of the case: as extended XYZ, which OVITO and ASE read, as a dump of LAMMPS
-//! or as GSD; and as CSV of gases without positions.
+//! All particles of chosen replicas at chosen times, in the units of the case: as extended XYZ, which OVITO and ASE read, as a dump of LAMMPS,
+//! as GSD or as H5MD; and as CSV of gases without positions.
 
 mod gsd;
+mod h5md;
 mod lammps;
 mod quantity;
 #[cfg(test)]
@@ -45,7 +46,7 @@ pub struct SnapshotOptions {
     pub replicas: Replicas,
     /// Quantity that is written next to positions. Default: `velocity`, `radius` and `mass`, and the others where particles differ in them.
     pub quantities: Option<Vec<ParticleQuantity>>,
-    /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of LAMMPS (`.dump`), GSD. Default: \["xyz"\].
+    /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of LAMMPS (`.dump`), GSD, H5MD (`.h5`). Default: \["xyz"\].
     pub formats: Option<Vec<SnapshotFormat>>,
 }
 
@@ -59,6 +60,8 @@ pub enum SnapshotFormat {
     Lammps,
     /// GSD of the schema hoomd: HOOMD-blue, OVITO, freud, `MDAnalysis`. Single precision.
     Gsd,
+    /// H5MD, groups and arrays of HDF5: `MDAnalysis`, h5py. All digits.
+    H5md,
 }
 
 impl SnapshotFormat {
@@ -68,6 +71,7 @@ impl SnapshotFormat {
             Self::Xyz => "xyz",
             Self::Lammps => "dump",
             Self::Gsd => "gsd",
+            Self::H5md => "h5",
         }
     }
 }
@@ -160,6 +164,7 @@ impl<'a> Content<'a> {
             SnapshotFormat::Xyz => xyz::xyz(self).into_bytes(),
             SnapshotFormat::Lammps => lammps::dump(self).into_bytes(),
             SnapshotFormat::Gsd => gsd::gsd(self),
+            SnapshotFormat::H5md => h5md::h5md(self),
         }
     }
 }
@@ -199,7 +204,7 @@ fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitSca
 impl Measure for SnapshotMeasure {
     described!(
         "snapshots",
-        "All particles at chosen times, as extended XYZ, dumps of LAMMPS or GSD; velocities of gases without positions, as CSV.",
+        "All particles at chosen times, as extended XYZ, dumps of LAMMPS, GSD or H5MD; velocities of gases without positions, as CSV.",
         SnapshotOptions
     );
 
@@ -228,7 +233,7 @@ impl Measure for SnapshotMeasure {
             measure::require(plan.has_box(), "formats", allowed)?;
             let twice = |at: usize| formats[..at].contains(&formats[at]);
             let once = !formats.is_empty() && !(0..formats.len()).any(twice);
-            let allowed = "one or more of \"xyz\", \"lammps\" and \"gsd\", each once";
+            let allowed = "one or more of \"xyz\", \"lammps\", \"gsd\" and \"h5md\", each once";
             measure::require(once, "formats", allowed)?;
         }
         let none = options.quantities.is_some_and(|all| all.is_empty());
