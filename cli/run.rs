@@ -247,6 +247,7 @@ fn run_beside(
 
 /// Runs one part of the replicas of a case (`--part`).
 fn run_share(arguments: &RunArguments, file: &CaseFile, part: RunPart) -> Result<(), CommandError> {
+    arguments.tables.check()?;
     let (stop, display) = (listen(STOPPED_RUN), display_of(&arguments.printed));
     let limit = TimeLimit::start(arguments.time_limit(), &stop, STOPPED_RUN);
     let mut options = options_of(arguments, &stop, &display);
@@ -261,8 +262,10 @@ fn run_share(arguments: &RunArguments, file: &CaseFile, part: RunPart) -> Result
     let folder = done.folder.display();
     if !arguments.printed.quiet {
         say(&format!(
-            "{part} is done: {} of {} replicas; `stosszahl merge` makes tables of all parts",
-            done.replicas, done.all
+            "{part} is done: {} of {} replicas; `stosszahl merge{}` makes tables of all parts",
+            done.replicas,
+            done.all,
+            arguments.tables.option()
         ))?;
     }
     Ok(say(&folder.to_string())?)

@@ -5,6 +5,16 @@ use crate::error::CommandError;
 use crate::study::RunSummary;
 
 impl TableArguments {
+    /// Option that asks another command for the same formats, after a blank; empty if it is the
+    /// default.
+    pub(crate) fn option(&self) -> &'static str {
+        if self.tables.contains(&TableFormat::Parquet) {
+            " --tables parquet"
+        } else {
+            ""
+        }
+    }
+
     /// Checks that this program was built with support for the requested table formats.
     ///
     /// # Errors
@@ -21,9 +31,11 @@ impl TableArguments {
     /// there.
     ///
     /// # Errors
-    /// [`CommandError::Results`] if a table cannot be read, or a file cannot be written.
+    /// [`CommandError::Results`] or [`CommandError::Report`] if a table cannot be read, or a file
+    /// cannot be written.
     #[cfg(feature = "parquet")]
     pub(crate) fn write(&self, summary: &RunSummary) -> Result<(), CommandError> {
+        use crate::report::sweep_table;
         use crate::results::{Manifest, write_file};
 
         if !self.tables.contains(&TableFormat::Parquet) {
@@ -39,6 +51,10 @@ impl TableArguments {
                 };
                 write_file(&summary.held.claim(&name)?, &table.to_parquet()?)?;
             }
+        }
+        if let Some(table) = sweep_table(&summary.folder)? {
+            let path = summary.held.claim(&table.parquet_file())?;
+            write_file(&path, &table.to_parquet()?)?;
         }
         Ok(())
     }

@@ -18,6 +18,7 @@ mod owners;
 mod partners;
 mod ranks;
 mod shards;
+mod start;
 mod subdomain;
 #[cfg(test)]
 mod tests;

@@ -104,6 +104,7 @@ mod pause;
 mod simulate;
 mod start;
 mod start_means;
+mod start_stream;
 mod step;
 mod sweep;
 mod tally;
@@ -125,9 +126,10 @@ pub use scheme::{
 };
 #[cfg(not(test))]
 pub use simulate::{
-    BALANCE, CellGas, CheckpointSource, ExpectedGas, check_gas, resume, resume_distributed,
-    serve_domain, simulate, simulate_distributed,
+    BALANCE, CellGas, CheckpointSource, DomainStart, ExpectedGas, check_gas, resume,
+    resume_distributed, serve_domain, simulate, simulate_distributed, simulate_stream,
 };
+pub use start_stream::StartStream;
 pub use tally::{CellCount, CollisionCounters};
 
 /// Monte Carlo of gases without positions, from its own crate.

@@ -358,6 +358,23 @@ pub enum DsmcError {
         /// Error message of the process that has failed.
         why: String,
     },
+    /// Start that its source could not make.
+    #[error("{why}")]
+    Start {
+        /// Error message of the source.
+        why: String,
+    },
+    /// Processes whose parts of the start are not the whole gas.
+    #[error(
+        "the processes made {found} of {wanted} simulators together: their machines round differently, so that one start differs \
+         from another; allowed: machines and programs of one kind"
+    )]
+    UnequalParts {
+        /// Number of simulators made.
+        found: usize,
+        /// Number of simulators of the gas.
+        wanted: usize,
+    },
     /// The inelastic displacement of partners is chosen at restitution 0, where it is infinite.
     #[error(
         "restitution 0 with the inelastic displacement d (1 + r)/(2r), which is infinite; allowed: one diameter, or none"
@@ -581,6 +598,8 @@ impl DsmcError {
             | Self::NoSpheres
             | Self::NoRough
             | Self::Elsewhere { .. }
+            | Self::Start { .. }
+            | Self::UnequalParts { .. }
             | Self::NoDisplacement
             | Self::Displaced { .. }
             | Self::BadWeights { .. }

@@ -9,7 +9,7 @@ mod others;
 mod refusals;
 mod tiles;
 
-pub use among::{resume_distributed, serve_domain, simulate_distributed};
-pub use begin::{CellGas, CheckpointSource, resume, simulate};
+pub use among::{DomainStart, resume_distributed, serve_domain, simulate_distributed};
+pub use begin::{CellGas, CheckpointSource, resume, simulate, simulate_stream};
 pub use cells::BALANCE;
 pub use refusals::{ExpectedGas, check_gas};

@@ -159,26 +159,19 @@ where
         boundaries: &BoundaryConditions<P::Space>,
         streams: Streams,
     ) -> Result<Self, DsmcError> {
-        let sizes = scene
-            .sizes()
-            .repeat_sizes(parameters.simulators_per_particle as usize);
-        let means = Means::over_simulators::<P>(&sizes, simulators.len(), &boundaries.inflows);
+        let (domain, count) = (state.domain, simulators.len());
         let checkpoint = DsmcCheckpoint {
-            time: state.time,
-            offset: (state.domain.images().shear()).map_or(0.0, |shear| shear.offset),
             simulators,
-            stock: StepBounds::default(),
-            unit: EnergyUnit::for_total(0.0),
-            tally: CollisionCounters::default(),
-            arm: ContactDistance::default(),
-            ledgers: Ledgers::default(),
-            means,
-            factors: Vec::new(),
+            ..fresh(scene, &parameters, (state.time, &domain), count, boundaries)
         };
-        let domain = state.domain;
-        let fresh = Some(checked);
         let mut engine = Self::build(
-            scene, parameters, domain, checkpoint, boundaries, streams, fresh,
+            scene,
+            parameters,
+            domain,
+            checkpoint,
+            boundaries,
+            streams,
+            Some(checked),
         )?;
         engine.update_step_bounds();
         Ok(engine)
@@ -219,9 +212,9 @@ where
         )
     }
 
-    /// Builds an engine from a checkpoint. For a start, `fresh` is the number of simulators whose
-    /// positions are checked; `None` for a run that resumes.
-    fn build(
+    /// Builds an engine from a checkpoint. `fresh`: for a start, the number of particles in its
+    /// state.
+    pub(crate) fn build(
         scene: &P,
         parameters: Parameters,
         domain: Domain<P::Space>,
@@ -379,6 +372,30 @@ where
         (self.departing, self.arriving) = (boxes(), boxes());
         self.pool = Pool::default();
         self.halo_copies = Pool::default();
+    }
+}
+
+/// Returns the state of a gas at its start, at a time in a box, without its `count` simulators.
+pub(crate) fn fresh<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+    scene: &P,
+    parameters: &Parameters,
+    (time, domain): (f64, &Domain<P::Space>),
+    count: usize,
+    boundaries: &BoundaryConditions<P::Space>,
+) -> DsmcCheckpoint<P, F> {
+    let copies = parameters.simulators_per_particle as usize;
+    let sizes = scene.sizes().repeat_sizes(copies);
+    DsmcCheckpoint {
+        time,
+        offset: (domain.images().shear()).map_or(0.0, |shear| shear.offset),
+        simulators: Vec::new(),
+        stock: StepBounds::default(),
+        unit: EnergyUnit::for_total(0.0),
+        tally: CollisionCounters::default(),
+        arm: ContactDistance::default(),
+        ledgers: Ledgers::default(),
+        means: Means::over_simulators::<P>(&sizes, count, &boundaries.inflows),
+        factors: Vec::new(),
     }
 }
 
@@ -558,20 +575,29 @@ fn check_numbers<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     scene: &P,
     simulators: &[SimulatorOf<P, F>],
 ) -> Result<(), DsmcError> {
+    let mut all = simulators.iter().enumerate();
+    all.try_for_each(|(index, simulator)| check_number::<P, F>(scene, index, simulator))
+}
+
+/// Refuses a simulator with numbers that cannot be squared.
+pub(crate) fn check_number<P: ParticleModel, F: DisplacementTracking<P::Space>>(
+    scene: &P,
+    index: usize,
+    simulator: &SimulatorOf<P, F>,
+) -> Result<(), DsmcError> {
     let dimension = P::Space::DIMENSION;
-    let bad = simulators.iter().position(|simulator| {
-        // Square of the spin of a particle of unit radius and mass, or zero.
-        let turning = scene.surface().spin_energy(1.0, 1.0, simulator.spin);
-        !is_good(dimension, simulator.position)
-            || !is_good(dimension, simulator.velocity)
-            || !turning.is_finite()
-    });
-    bad.map_or(Ok(()), |index| {
-        let list = |vector: VectorOf<P>| (0..dimension).map(|axis| vector[axis]).collect();
-        Err(DsmcError::BadNumber {
-            simulator: index,
-            position: list(simulators[index].position),
-            velocity: list(simulators[index].velocity),
-        })
+    // Square of the spin of a particle of unit radius and mass, or zero.
+    let turning = scene.surface().spin_energy(1.0, 1.0, simulator.spin);
+    if is_good(dimension, simulator.position)
+        && is_good(dimension, simulator.velocity)
+        && turning.is_finite()
+    {
+        return Ok(());
+    }
+    let list = |vector: VectorOf<P>| (0..dimension).map(|axis| vector[axis]).collect();
+    Err(DsmcError::BadNumber {
+        simulator: index,
+        position: list(simulator.position),
+        velocity: list(simulator.velocity),
     })
 }

@@ -63,9 +63,12 @@ impl ParticleSpec {
         }
     }
 
-    /// Returns the sizes as species, which models with walls, spin or gravity need; `count` is the
-    /// number of particles.
-    fn species(&self, count: usize) -> Result<Species, InvalidValue> {
+    /// Returns the sizes as species, which scenes with walls, spin or gravity need. `count`: number
+    /// of particles.
+    ///
+    /// # Errors
+    /// [`InvalidValue`] for sizes out of range.
+    pub fn species(&self, count: usize) -> Result<Species, InvalidValue> {
         let kind = |radius, mass, count| crate::species::SpeciesProperties {
             radius,
             mass,

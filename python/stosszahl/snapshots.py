@@ -107,7 +107,7 @@ def snapshot_of(gas: Gas | Snapshot) -> Snapshot:
 
 
 def read_snapshot(path: Path, about: Mapping[str, Any]) -> Snapshot:
-    """Reads a snapshot of a manifest: extended XYZ, a dump of LAMMPS, GSD, or CSV of a gas without positions."""
+    """Reads a snapshot of a manifest: extended XYZ, a dump of LAMMPS, GSD, H5MD, or CSV of a gas without positions."""
     engine, time, replica = about["engine"], about["time"], about.get("replica", 0)
     box, shear_offset, periodic, parts = READERS[path.suffix](path)
     kinds = parts.get("type")
@@ -211,7 +211,23 @@ def read_gsd(path: Path) -> Contents:
     return tuple(sides.tolist()), float(tilt % sides[0]), periodic, exact
 
 
-READERS = {".csv": read_csv, ".xyz": read_xyz, ".dump": read_dump, ".gsd": read_gsd}
+def read_h5md(path: Path) -> Contents:
+    """Reads H5MD as runs write it."""
+    h5py = optional("h5py", "files .h5")
+    names = {"position": "pos", "velocity": "velo", "species": "type"}
+    with h5py.File(path, "r") as file:
+        group = file["particles/all"]
+        elements = {name: element for name, element in group.items() if name != "box"}
+        arrays = {name: element["value"][0] if "value" in element else element[:] for name, element in elements.items()}
+        edges, boundary = group["box/edges/value"][0], group["box"].attrs["boundary"]
+    lattice = edges if edges.ndim == 2 else np.diag(edges)
+    periodic = tuple(bytes(one) == b"periodic" for one in boundary)
+    parts = {names.get(name, name): np.asarray(array, dtype=np.float64) for name, array in arrays.items()}
+    sides = np.diag(lattice)
+    return tuple(sides.tolist()), float(lattice[1, 0] % sides[0]), periodic, parts
+
+
+READERS = {".csv": read_csv, ".xyz": read_xyz, ".dump": read_dump, ".h5": read_h5md, ".gsd": read_gsd}
 """Readers of the snapshots of runs, by the ending, those with all digits first."""
 
 

@@ -151,7 +151,7 @@ def test_files_of_a_sheared_gas_have_its_lattice(tmp_path):
         assert file["particles/all/box/edges/value"].shape == (3, 3, 3)
 
 
-FORMATS = {"xyz": "xyz", "lammps": "dump", "gsd": "gsd"}
+FORMATS = {"xyz": "xyz", "lammps": "dump", "gsd": "gsd", "h5md": "h5"}
 
 
 @pytest.fixture(scope="module", params=["walls", "shear"])
@@ -250,6 +250,36 @@ def test_files_of_a_run_with_ovito(written):
         # HOOMD takes all axes to be periodic.
         assert name == "gsd" or tuple(data.cell.pbc) == one.periodic
         assert (data.cell[0, 1] - one.shear_offset + 1) % 30 == pytest.approx(1, abs=rounding)
+
+
+def test_files_of_a_run_with_h5py(written):
+    one, files = written
+    with pytest.importorskip("h5py").File(files["h5md"]) as file:
+        assert file["h5md"].attrs["version"].tolist() == [1, 1]
+        group = file["particles/all"]
+        assert group["position/value"].shape == (1, 200, 3)
+        assert (group["position/step"][:], group["position/time"][:]) == ([1], [2.0])
+        assert_particles(one, group["position/value"][0], DOUBLE)
+        assert np.array_equal(group["velocity/value"][0], one.velocities)
+        assert np.array_equal(group["radius"], one.radii)
+        assert np.array_equal(group["mass"], one.masses)
+        assert np.array_equal(group["species"], one.species)
+        edges = group["box/edges/value"][0]
+        assert np.diag(edges if edges.ndim == 2 else np.diag(edges)).tolist() == list(one.box)
+        assert tuple(kind == b"periodic" for kind in group["box"].attrs["boundary"]) == one.periodic
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_h5md_of_a_run_with_mdanalysis(written):
+    analysis = pytest.importorskip("MDAnalysis")
+    pytest.importorskip("h5py")
+    one, files = written
+    universe = analysis.Universe.empty(200, trajectory=False)
+    universe.load_new(str(files["h5md"]), format="H5MD", convert_units=False)
+    (frame,) = universe.trajectory
+    assert_particles(one, frame.positions, 4 * SINGLE)
+    assert np.array_equal(frame.velocities, one.velocities.astype(np.float32))
+    assert frame.triclinic_dimensions[1, 0] == pytest.approx(tilt_of(one), abs=1e-5)
 
 
 @pytest.mark.filterwarnings("ignore")

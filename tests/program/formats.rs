@@ -1,6 +1,8 @@
 //! Snapshots of the program as start files of the program, in every format, and tables in theirs.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 use stosszahl::model::gsd::{Chunk, to_bytes};
 
@@ -218,6 +220,24 @@ fn disks_that_single_precision_makes_overlap_are_moved_apart() {
     assert!(!work.path("deep").exists());
 }
 
+/// Returns all Parquet files of a results folder, by their path in it.
+fn parquet_files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(one) = folders.pop() {
+        for entry in std::fs::read_dir(one).expect("a folder") {
+            let path = entry.expect("a file").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "parquet") {
+                let name = path.strip_prefix(folder).expect("inside").to_owned();
+                found.insert(name, std::fs::read(&path).expect("bytes"));
+            }
+        }
+    }
+    found
+}
+
 /// Formats of tables: CSV alone by default; Parquet next to it where the program knows it, and else an
 /// error before anything is written.
 #[test]
@@ -227,13 +247,31 @@ fn tables_are_parquet_too_if_asked() {
     let work = TestFolder::new(case);
     if cfg!(not(feature = "parquet")) {
         let words = ["--tables parquet", "--features parquet"];
-        work.refused("run case.toml --out out --tables parquet", &words);
+        for more in ["", " --join", " --part 1/2"] {
+            let line = format!("run case.toml --out out --tables parquet{more}");
+            work.refused(&line, &words);
+        }
         assert!(!work.path("out").exists());
         work.done("run case.toml --out out --tables csv");
         return;
     }
     work.done("run case.toml --out out");
     work.done("run case.toml --out out --resume --tables csv,parquet");
+    work.done("run case.toml --out joined --join --tables parquet");
+    for part in ["1/2", "2/2"] {
+        let out = part.replace('/', "-");
+        work.done(&format!(
+            "run case.toml --out {out} --part {part} --tables parquet"
+        ));
+    }
+    work.done("merge 1-2 2-2 --out merged --tables parquet");
+    for folder in ["joined", "merged"] {
+        assert_eq!(
+            parquet_files(&work.path(folder)),
+            parquet_files(&work.path("out"))
+        );
+    }
+    assert!(parquet_files(&work.path("out")).contains_key(Path::new("sweep.parquet")));
     let mut points = 0;
     for point in std::fs::read_dir(work.path("out")).expect("a folder") {
         let point = point.expect("a file").path();
@@ -253,7 +291,7 @@ fn tables_are_parquet_too_if_asked() {
     // They belong to the run, which another replaces.
     work.done("run case.toml --out out --force");
     let files = std::fs::read_dir(work.path("out")).expect("a folder");
-    let inside = |point: std::path::PathBuf| std::fs::read_dir(point).into_iter().flatten();
+    let inside = |point: PathBuf| std::fs::read_dir(point).into_iter().flatten();
     let mut all = files.flat_map(|one| inside(one.expect("a file").path()));
     assert!(!all.any(|file| {
         file.expect("a file")

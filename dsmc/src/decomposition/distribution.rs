@@ -112,6 +112,17 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         self.share = Some(share);
     }
 
+    /// Divides the tiles among the processes by the number of simulators in each, before any of them
+    /// are there.
+    pub(super) fn divide(&mut self, share: &mut Subdomain<P::Space>, counts: &[usize]) {
+        self.simulators = counts.iter().sum();
+        let tiles = self.tiles.iter().zip(counts);
+        let costs: Vec<f64> = tiles.map(|(tile, &count)| tile.guess(count)).collect();
+        let owners = owners::bisect(self.grid.tiles(), &costs, share.ranks.size());
+        share.own(&self.grid, owners, self.margin());
+        self.part_with(share);
+    }
+
     /// Empties the tiles that other processes own, and restarts the measurement of costs.
     pub(super) fn part_with(&mut self, share: &mut Subdomain<P::Space>) {
         for (number, tile) in self.tiles.iter_mut().enumerate() {

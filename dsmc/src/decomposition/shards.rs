@@ -11,7 +11,6 @@ use stosszahl_model::snapshot::{self, Checksum, Fingerprint, SnapshotError};
 use stosszahl_model::{ParticleModel, VectorOf};
 
 use super::bytes::{from_bytes, to_bytes};
-use super::owners;
 use super::ranks::gather;
 use super::subdomain::TileData;
 use crate::engine::DsmcEngine;
@@ -170,12 +169,7 @@ impl<P: ParticleModel, F: DisplacementTracking<P::Space>> DsmcEngine<P, F> {
         let Some(mut share) = self.share.take() else {
             return Ok(());
         };
-        self.simulators = counts.iter().sum();
-        let tiles = self.tiles.iter().zip(&counts);
-        let costs: Vec<f64> = tiles.map(|(tile, &count)| tile.guess(count)).collect();
-        let owners = owners::bisect(self.grid.tiles(), &costs, share.ranks.size());
-        share.own(&self.grid, owners, self.margin());
-        self.part_with(&mut share);
+        self.divide(&mut share, &counts);
         let is_mine = |tile: u32| share.is_mine(tile as usize);
         let mut done = Ok(());
         for shard in shards {

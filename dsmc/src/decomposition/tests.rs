@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use nalgebra::{Vector2, vector};
+use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::random::Streams;
 use stosszahl_model::walls::{Obstacle, ObstacleShape, Vibration};
 use stosszahl_model::{
     Collision, Constant, Face, Gravity, Monodisperse, Observer, ParticleModel, Plane, Rebound,
-    Rough, Scene, Space as _, State, VectorOf, VelocityMoments, Volume, Wall, Walls,
+    Rough, Scene, Space as _, State, Vector as _, VectorOf, VelocityMoments, Volume, Wall, Walls,
 };
 
 use super::distribution::STEPS_BETWEEN;
@@ -20,7 +20,7 @@ use crate::particle::{DisplacementTracking, Tracked, Untracked};
 use crate::tests::{equal, start};
 use crate::{
     BoundaryConditions, DsmcCheckpoint, DsmcEngine, DsmcError, Grid, Inflow, Neighbourhood,
-    Parameters, PartnerDisplacement, Scheme, SimulatorStart, SimulatorWeights,
+    Parameters, PartnerDisplacement, Scheme, SimulatorStart, SimulatorWeights, StartStream,
 };
 
 /// Transport between threads that send each other bytes.
@@ -702,4 +702,115 @@ fn a_folder_that_is_not_there_is_an_error() {
         said.contains("process 0") && said.contains("not-there"),
         "{said}"
     );
+}
+
+/// State whose particles are visited one after the other, from the last to the first.
+struct Visited<'a, P: ParticleModel>(&'a State<P>);
+
+impl<P: ParticleModel> StartStream for Visited<'_, P> {
+    fn dimension(&self) -> usize {
+        P::Space::DIMENSION
+    }
+
+    fn lengths(&self) -> [f64; 3] {
+        self.0.domain.lengths().spatial().into()
+    }
+
+    fn particles(&self) -> usize {
+        self.0.bodies.len()
+    }
+
+    fn sets(&self) -> usize {
+        1
+    }
+
+    fn visit_positions(&self, look: &mut dyn FnMut(usize, Vector3<f64>)) -> Result<(), String> {
+        let bodies = self.0.bodies.iter().enumerate().rev();
+        bodies.for_each(|(index, body)| look(index, body.position.spatial()));
+        Ok(())
+    }
+
+    fn visit_velocities(&self, look: &mut dyn FnMut(usize, Vector3<f64>)) -> Result<(), String> {
+        let bodies = self.0.bodies.iter().enumerate();
+        bodies.for_each(|(index, body)| look(index, body.velocity.spatial()));
+        Ok(())
+    }
+
+    fn visit_spins(&self, _: &mut dyn FnMut(usize, Vector3<f64>)) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// Makes a start in parts, and returns the checkpoint of the whole gas, in the first process, and
+/// the number of simulators that this process made and kept.
+fn part_of_start<P: ParticleModel>(
+    scene: &P,
+    state: &State<P>,
+    ranks: Arc<dyn Ranks>,
+) -> Result<(Vec<u8>, usize), DsmcError> {
+    let (start, boundaries) = (Visited(state), BoundaryConditions::default());
+    let mut engine = DsmcEngine::<P, Untracked>::before_start(
+        scene,
+        parameters(Scheme::Boltzmann, 3.0),
+        &start,
+        state.domain,
+        &boundaries,
+        Streams::new(5, 0),
+    )?;
+    let is_first = ranks.rank() == 0;
+    engine.distribute_among(ranks);
+    let own = engine.start_parts(&start)?;
+    engine.unite_step_bounds(own)?;
+    engine.gather_tiles();
+    let whole = is_first.then(|| to_bytes(&engine.checkpoint()));
+    Ok((whole.unwrap_or_default(), own))
+}
+
+/// Processes make a start in parts: the bytes are those of the start in one process, and no process
+/// keeps more than its share, some tiles of 8192 simulators more or less.
+#[test]
+fn a_start_in_parts_has_the_bytes_of_a_whole_one() {
+    let scene = equal::<Plane>(0.7);
+    let state = start::<_>(120_000, Vector2::new(700.0, 400.0), 4);
+    let whole = DsmcEngine::<_, Untracked>::start(
+        &scene,
+        parameters(Scheme::Boltzmann, 3.0),
+        &state,
+        Streams::new(5, 0),
+    );
+    let whole = to_bytes(&whole.expect("an engine").checkpoint());
+    for size in [1, 2, 3, 5] {
+        let kept = Mutex::new(Vec::new());
+        let found = among(size, |ranks| {
+            let made = part_of_start(&scene, &state, ranks).expect("a start");
+            kept.lock().expect("a lock").push(made.1);
+            made.0
+        });
+        assert!(found == whole, "{size}");
+        let kept = kept.into_inner().expect("a lock");
+        let most = kept.iter().copied().max().expect("a process");
+        assert_eq!(kept.iter().sum::<usize>(), 120_000);
+        assert!(most <= 120_000 / size + 2 * 8192, "{size}: {kept:?}");
+    }
+}
+
+/// Processes that make different starts are refused, all of them.
+#[test]
+fn different_starts_are_refused() {
+    let scene = equal::<Plane>(0.7);
+    let state = start::<_>(60_000, Vector2::new(700.0, 400.0), 4);
+    let refused = Mutex::new(0);
+    among(2, |ranks| {
+        let mut state = state.clone();
+        if ranks.rank() == 1 {
+            for body in &mut state.bodies {
+                body.position = vector![1.0, 1.0];
+            }
+        }
+        let made = part_of_start(&scene, &state, ranks);
+        if matches!(made, Err(DsmcError::UnequalParts { wanted: 60_000, .. })) {
+            *refused.lock().expect("a lock") += 1;
+        }
+    });
+    assert_eq!(refused.into_inner().expect("a lock"), 2);
 }

@@ -17,7 +17,7 @@ use stosszahl_model::{
     ParticleModel, Particles, Simulation, Vector as _, WorkCounters,
 };
 
-use super::begin::{CellGas, CheckpointSource, Keep, Shards, StartSource, begin};
+use super::begin::{CellGas, CheckpointSource, Keep, Pending, StartSource, begin};
 use super::cells::{CellSimulation, CheckpointContent};
 use super::others::{Others, RootCommand};
 use crate::decomposition::{
@@ -26,6 +26,16 @@ use crate::decomposition::{
 use crate::features::PROCESSES;
 use crate::parameters::DsmcError;
 use crate::particle::DisplacementTracking;
+use crate::start_stream::StartStream;
+
+/// Start of a decomposed gas.
+#[derive(Clone, Copy)]
+pub enum DomainStart<'a> {
+    /// States that the root process holds, and sends to the others in parts.
+    States(&'a [Particles]),
+    /// Stream of particles of which each process keeps its own.
+    Stream(&'a dyn StartStream),
+}
 
 /// Starts a gas that is decomposed over several processes. The root process calls it; the other
 /// processes call [`serve_domain`].
@@ -35,10 +45,14 @@ use crate::particle::DisplacementTracking;
 /// [`DsmcError::OneProcess`].
 pub fn simulate_distributed(
     gas: &CellGas<'_>,
-    starts: &[Particles],
+    start: DomainStart<'_>,
     ranks: &Arc<dyn Ranks>,
 ) -> Result<Box<dyn Simulation>, DsmcError> {
-    lead(gas, StartSource::Start(starts), ranks)
+    let source = match start {
+        DomainStart::States(states) => StartSource::Start(states),
+        DomainStart::Stream(stream) => StartSource::Stream(stream),
+    };
+    lead(gas, source, ranks)
 }
 
 /// Resumes a gas from a checkpoint, decomposed over several processes. The root process calls it;
@@ -112,6 +126,7 @@ pub fn serve_domain(
     gas: &CellGas<'_>,
     count: usize,
     lengths: [f64; 3],
+    start: Option<&dyn StartStream>,
     ranks: &Arc<dyn Ranks>,
     interrupt: &Interrupt,
     make: ReductionFactory,
@@ -129,7 +144,17 @@ pub fn serve_domain(
         checkpoint: &header.kept,
         beside: header.beside.as_ref(),
     });
-    match begin(gas, source, &Serve(ranks.clone(), interrupt.clone(), make)) {
+    let served = match start.filter(|_| header.is_streamed) {
+        None if header.is_streamed => Err(DsmcError::Start {
+            why: "the start of the root process is not known here".into(),
+        }),
+        start => begin(
+            gas,
+            source,
+            &Serve(ranks.clone(), interrupt.clone(), make, start),
+        ),
+    };
+    match served {
         Ok(served) => {
             share_errors(&**ranks, Ok(()))?;
             served()
@@ -141,47 +166,57 @@ pub fn serve_domain(
 /// Factory of the gas in the root process, which drives the engines of all processes.
 struct Lead(Arc<dyn Ranks>);
 
-/// Decomposed gas of the root process, with the data that the other processes need to start.
-struct Led {
-    gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, DsmcError>>,
+/// Gas of the root process, and the data that the other processes need.
+struct Led<'a> {
+    gas: Box<dyn FnOnce() -> Result<Box<dyn Simulation>, DsmcError> + 'a>,
     header: GasHeader,
 }
 
-/// Checkpoint of a gas without its simulators, and the location of its shards (`None` without
-/// shards): broadcast to the other processes at the start.
+/// Checkpoint of a gas without its simulators, and where these come from.
 #[derive(Serialize, Deserialize)]
 struct GasHeader {
     kept: Vec<u8>,
+    /// Location of the shards; `None` if there are none.
     beside: Option<ShardLocation>,
+    /// True if each process makes its simulators from the stream of the start.
+    is_streamed: bool,
 }
 
-impl Keep for Lead {
-    type Kept = Led;
+impl<'a> Keep<'a> for Lead {
+    type Kept = Led<'a>;
     const SHARES: bool = true;
     fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         mut cells: CellSimulation<P, F>,
-        shards: Shards,
-    ) -> Led {
+        pending: Pending<'a>,
+    ) -> Result<Led<'a>, DsmcError> {
+        let (shards, beside) = match &pending {
+            Pending::Shards(list, beside) => (list.clone(), Some(beside.clone())),
+            Pending::None | Pending::Start(_) => (Vec::new(), None),
+        };
         let kept = to_bytes(&CheckpointContent {
             gas: cells.engine.without_simulators(),
             follows: cells.follows,
-            shards: shards.as_ref().map_or_else(Vec::new, |all| all.0.clone()),
+            shards,
         });
-        let beside = shards.as_ref().map(|all| all.1.clone());
+        let is_streamed = matches!(pending, Pending::Start(_));
         let ranks = self.0.clone();
         let gas = move || -> Result<Box<dyn Simulation>, DsmcError> {
-            begin_among(&mut cells, &ranks, shards)?;
+            begin_among(&mut cells, &ranks, pending)?;
             cells.others = Some(Others(ranks.clone()));
             Ok(Box::new(Among {
                 cells: Mutex::new(cells),
                 ranks,
             }))
         };
-        Led {
+        Ok(Led {
             gas: Box::new(gas),
-            header: GasHeader { kept, beside },
-        }
+            header: GasHeader {
+                kept,
+                beside,
+                is_streamed,
+            },
+        })
     }
 }
 
@@ -190,14 +225,24 @@ impl Keep for Lead {
 fn begin_among<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     cells: &mut CellSimulation<P, F>,
     ranks: &Arc<dyn Ranks>,
-    shards: Shards,
+    pending: Pending<'_>,
 ) -> Result<(), DsmcError> {
-    cells.engine.distribute_among(ranks.clone());
-    let Some((list, beside)) = shards else {
-        return Ok(());
-    };
-    let read = cells.engine.read_shards(&list, &beside);
-    share_errors(&**ranks, read)
+    let engine = &mut cells.engine;
+    engine.distribute_among(ranks.clone());
+    match pending {
+        Pending::None => Ok(()),
+        Pending::Shards(list, beside) => {
+            let read = engine.read_shards(&list, &beside);
+            share_errors(&**ranks, read)
+        }
+        Pending::Start(start) => {
+            let own = match engine.start_parts(start) {
+                Ok(own) => share_errors(&**ranks, Ok(())).map(|()| own)?,
+                Err(error) => return share_errors(&**ranks, Err(error)),
+            };
+            engine.unite_step_bounds(own)
+        }
+    }
 }
 
 /// Computes the sum of squared displacements over the simulators of all processes. All processes
@@ -282,23 +327,29 @@ fn add_strip<P: ParticleModel, F: DisplacementTracking<P::Space>>(
     sum.close_group(me as u32);
 }
 
-/// Factory of the gas in a process other than the root, which executes the commands of the root
-/// process.
-struct Serve(Arc<dyn Ranks>, Interrupt, ReductionFactory);
+/// Worker process: executes the commands of the root process.
+struct Serve<'a>(
+    Arc<dyn Ranks>,
+    Interrupt,
+    ReductionFactory,
+    Option<&'a dyn StartStream>,
+);
 
-impl Keep for Serve {
-    type Kept = Box<dyn FnOnce() -> Result<(), DsmcError>>;
+impl<'a> Keep<'a> for Serve<'a> {
+    type Kept = Box<dyn FnOnce() -> Result<(), DsmcError> + 'a>;
     const SHARES: bool = true;
     fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         mut cells: CellSimulation<P, F>,
-        shards: Shards,
-    ) -> Self::Kept {
-        let Self(ranks, interrupt, make) = self;
+        pending: Pending<'a>,
+    ) -> Result<Self::Kept, DsmcError> {
+        let Self(ranks, interrupt, make, start) = self;
         let (ranks, make) = (ranks.clone(), *make);
+        // The checkpoint of a gas that starts from a stream has no simulators.
+        let pending = start.map_or(pending, Pending::Start);
         cells.engine.set_stop_flag(interrupt);
-        Box::new(move || {
-            begin_among(&mut cells, &ranks, shards)?;
+        Ok(Box::new(move || {
+            begin_among(&mut cells, &ranks, pending)?;
             loop {
                 let engine = &mut cells.engine;
                 match from_bytes(&broadcast(&*ranks, Vec::new())) {
@@ -327,7 +378,7 @@ impl Keep for Serve {
                     RootCommand::End => return Ok(()),
                 }
             }
-        })
+        }))
     }
 }
 

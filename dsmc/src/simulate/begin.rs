@@ -15,6 +15,7 @@ use crate::decomposition::{Shard, ShardLocation, read_all};
 use crate::engine::DsmcEngine;
 use crate::parameters::{DsmcError, Parameters};
 use crate::particle::{DisplacementTracking, Tracked, Untracked};
+use crate::start_stream::StartStream;
 
 /// Settings of a DSMC gas in cells: particles, numerical parameters and boundaries; everything but
 /// its initial state.
@@ -44,6 +45,17 @@ pub fn simulate(gas: &CellGas<'_>, starts: &[Particles]) -> Result<Box<dyn Simul
     begin(gas, StartSource::Start(starts), &Alone)
 }
 
+/// Starts cell-based Monte Carlo from particles that are made one after the other.
+///
+/// # Errors
+/// As [`simulate`]; [`DsmcError::Start`] if a particle cannot be made.
+pub fn simulate_stream(
+    gas: &CellGas<'_>,
+    start: &dyn StartStream,
+) -> Result<Box<dyn Simulation>, DsmcError> {
+    begin(gas, StartSource::Stream(start), &Alone)
+}
+
 /// Checkpoint from which a gas resumes, with the particle number and box of its start.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckpointSource<'a> {
@@ -70,46 +82,58 @@ pub fn resume(
     begin(gas, StartSource::Checkpoint(left), &Alone)
 }
 
-/// Factory of the object that a new engine becomes: a gas of this process alone, or the part of one
-/// of several processes.
-pub(super) trait Keep {
+/// Destination of a new engine: this process alone, or one of several processes.
+pub(super) trait Keep<'a> {
     type Kept;
-    /// True if shards of a checkpoint are left unread, so that each process reads its own tiles.
+    /// True if simulators in shards or of a stream are left to the processes that own their tiles.
     const SHARES: bool;
     fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
         cells: CellSimulation<P, F>,
-        shards: Shards,
-    ) -> Self::Kept;
+        pending: Pending<'a>,
+    ) -> Result<Self::Kept, DsmcError>;
 }
 
-/// Shards of a checkpoint that are not yet read, with their location; `None` without shards.
-pub(super) type Shards = Option<(Vec<Shard>, ShardLocation)>;
+/// Simulators that a new engine does not have yet.
+pub(super) enum Pending<'a> {
+    /// None: the engine has all.
+    None,
+    /// Unread shards and their location.
+    Shards(Vec<Shard>, ShardLocation),
+    /// Start that is not made yet.
+    Start(&'a dyn StartStream),
+}
 
 /// Factory of a gas that this process holds and drives alone.
 struct Alone;
 
-impl Keep for Alone {
+impl Keep<'_> for Alone {
     type Kept = Box<dyn Simulation>;
     const SHARES: bool = false;
     fn keep_engine<P: ParticleModel, F: DisplacementTracking<P::Space>>(
         &self,
-        cells: CellSimulation<P, F>,
-        _: Shards,
-    ) -> Self::Kept {
-        Box::new(cells)
+        mut cells: CellSimulation<P, F>,
+        pending: Pending<'_>,
+    ) -> Result<Self::Kept, DsmcError> {
+        if let Pending::Start(start) = pending {
+            let room = start.particles() * start.sets();
+            cells.engine.simulators = cells.engine.take_start(start, room)?;
+            cells.engine.update_step_bounds();
+        }
+        Ok(Box::new(cells))
     }
 }
 
 #[derive(Clone, Copy)]
 pub(super) enum StartSource<'a> {
     Start(&'a [Particles]),
+    Stream(&'a dyn StartStream),
     Checkpoint(CheckpointSource<'a>),
 }
 
-pub(super) fn begin<K: Keep>(
+pub(super) fn begin<'a, K: Keep<'a>>(
     gas: &CellGas<'_>,
-    source: StartSource<'_>,
+    source: StartSource<'a>,
     keep: &K,
 ) -> Result<K::Kept, DsmcError> {
     let (count, dimension) = match source {
@@ -120,6 +144,7 @@ pub(super) fn begin<K: Keep>(
                 wanted: 1,
             });
         }
+        StartSource::Stream(start) => (start.particles(), start.dimension()),
         StartSource::Checkpoint(left) => (left.count, if left.lengths[2] > 0.0 { 3 } else { 2 }),
     };
     let begin = Begin { gas, source, keep };
@@ -138,17 +163,17 @@ pub(super) fn begin<K: Keep>(
     }
 }
 
-/// Constructor of an engine whose type depends on the settings of the gas.
-struct Begin<'a, K> {
-    gas: &'a CellGas<'a>,
+/// Constructor of an engine whose types depend on the gas.
+struct Begin<'g, 'a, K> {
+    gas: &'g CellGas<'g>,
     source: StartSource<'a>,
-    keep: &'a K,
+    keep: &'g K,
 }
 
-impl<K: Keep> Begin<'_, K> {
-    /// Creates an engine for particles of any sizes. Rough ones always carry displacements: one
-    /// vector more each, but one engine type less to compile. Smooth ones do without the feature
-    /// `untracked`; collisions are the same.
+impl<'a, K: Keep<'a>> Begin<'_, 'a, K> {
+    /// Makes an engine of any particles. Rough ones always carry displacements: one vector more
+    /// each, but one engine type less to compile. Smooth ones do without the feature `untracked`;
+    /// collisions are the same.
     fn any<S: Space>(
         &self,
         count: usize,
@@ -182,7 +207,7 @@ impl<K: Keep> Begin<'_, K> {
             let lengths = P::Space::from_components(|axis| lengths[axis]);
             (boundaries.walls).domain(lengths)?.in_flow(shear, time)
         };
-        let (engine, follows, shards) = match self.source {
+        let (engine, follows, pending) = match self.source {
             StartSource::Start(starts) => {
                 let state = |start: &Particles| -> Result<State<P>, InvalidValue> {
                     Ok(State {
@@ -196,28 +221,35 @@ impl<K: Keep> Begin<'_, K> {
                     [one] => DsmcEngine::start_between(scene, parameters, one, boundaries, streams),
                     all => DsmcEngine::start_sets(scene, parameters, all, boundaries, streams),
                 };
-                (engine?, false, None)
+                (engine?, false, Pending::None)
+            }
+            StartSource::Stream(start) => {
+                let domain = domain(start.lengths(), 0.0)?;
+                let engine =
+                    DsmcEngine::before_start(scene, parameters, start, domain, boundaries, streams);
+                (engine?, false, Pending::Start(start))
             }
             StartSource::Checkpoint(left) => {
                 let mut kept: CheckpointContent<P, F> = postcard::from_bytes(left.checkpoint)
                     .map_err(|error| DsmcError::Checkpoint(error.to_string()))?;
-                let shards = match left.beside {
-                    _ if kept.shards.is_empty() => None,
-                    Some(beside) => Some((kept.shards, beside.clone())),
+                let pending = match left.beside {
+                    _ if kept.shards.is_empty() => Pending::None,
+                    Some(beside) if K::SHARES => Pending::Shards(kept.shards, beside.clone()),
+                    Some(beside) => {
+                        kept.gas.hold(read_all::<P, F>(&kept.shards, beside)?);
+                        Pending::None
+                    }
                     None => {
                         let why = "its shards are not where it is";
                         return Err(DsmcError::Checkpoint(why.into()));
                     }
                 };
-                if let Some((list, beside)) = shards.as_ref().filter(|_| !K::SHARES) {
-                    kept.gas.hold(read_all::<P, F>(list, beside)?);
-                }
                 // The checkpoint has the offset of the boxes.
                 let domain = domain(left.lengths, 0.0)?;
                 let engine = DsmcEngine::resume_between(
                     scene, parameters, domain, kept.gas, boundaries, streams,
                 );
-                (engine?, kept.follows, shards)
+                (engine?, kept.follows, pending)
             }
         };
         let cells = CellSimulation::<P, F> {
@@ -226,7 +258,7 @@ impl<K: Keep> Begin<'_, K> {
             follows,
             others: None,
         };
-        Ok(self.keep.keep_engine(cells, shards))
+        self.keep.keep_engine(cells, pending)
     }
 }
 

@@ -18,7 +18,10 @@ pub use lattice::{Lattice, hexagonal, square};
 pub use overlap::{Overlap, first_overlap};
 pub use placement::{PlacedDisks, PlacementError};
 pub use sequential::{SEQUENTIAL_LIMIT, sequential_addition, sequential_addition_of};
-pub use velocities::{VelocityDistribution, draw_velocities, maxwellian, rescale, thermal_spins};
+pub use velocities::{
+    VelocityDistribution, draw_velocities, maxwellian, rescale, thermal_spins,
+    visit_drawn_velocities, visit_thermal_spins,
+};
 
 use crate::domain::Domain;
 use crate::interrupt::Interrupt;

@@ -5,9 +5,9 @@ use rand::Rng;
 use rand_distr::{Distribution, Gamma, StandardNormal};
 
 use crate::invalid::InvalidValue;
-use crate::physics::{ParticleModel, VectorOf};
+use crate::physics::{ParticleModel, SpinOf, VectorOf};
 use crate::sizes::Sizes;
-use crate::space::Space;
+use crate::space::{Space, Vector};
 use crate::state::State;
 use crate::surface::Surface;
 
@@ -115,32 +115,120 @@ pub fn draw_velocities<P: ParticleModel>(
     rescale(scene, state, temperature);
 }
 
+/// Draws velocities as [`draw_velocities`] and passes each to `look` with its index, without a list
+/// of them. `stream` returns the random stream at its beginning; velocities are drawn seven times.
+pub fn visit_drawn_velocities<P: ParticleModel, R: Rng>(
+    scene: &P,
+    count: usize,
+    temperature: f64,
+    law: VelocityDistribution,
+    stream: impl Fn() -> R,
+    look: &mut dyn FnMut(usize, VectorOf<P>),
+) {
+    let sizes = scene.sizes();
+    let mass = |index| sizes.mass(sizes.tag_of(index));
+    let draw_all = |look: &mut dyn FnMut(usize, VectorOf<P>)| {
+        let mut stream = stream();
+        for index in 0..count {
+            let spread = (temperature / mass(index)).sqrt();
+            look(index, law.draw::<P::Space>(spread, &mut stream));
+        }
+    };
+    let rescaling = VelocityRescaling::new::<P::Space>(temperature, |look| {
+        draw_all(&mut |index, velocity| look(mass(index), velocity));
+    });
+    draw_all(&mut |index, velocity| look(index, rescaling.apply(velocity)));
+}
+
 /// Removes the drift of the centre of mass and scales the velocities to the temperature
 /// `temperature` \[energy\].
 pub fn rescale<P: ParticleModel>(scene: &P, state: &mut State<P>, temperature: f64) {
-    let sizes = scene.sizes();
-    let mass: f64 = (0..state.bodies.len())
-        .map(|index| sizes.mass(sizes.tag_of(index)))
-        .sum();
-    // The second pass removes what the rounding of the first left behind, the third what scaling
-    // did.
-    for _ in 0..3 {
-        let drift: VectorOf<P> = state.momentum(scene) * (1.0 / mass.max(f64::MIN_POSITIVE));
-        for body in &mut state.bodies {
-            body.velocity -= drift;
+    let (sizes, bodies) = (scene.sizes(), &state.bodies);
+    let rescaling = VelocityRescaling::new::<P::Space>(temperature, |look| {
+        for (index, body) in bodies.iter().enumerate() {
+            look(sizes.mass(sizes.tag_of(index)), body.velocity);
         }
-        let found = state.temperature(scene);
-        if found > 0.0 && state.bodies.len() > 1 {
-            let factor = (temperature / found).sqrt();
-            for body in &mut state.bodies {
-                body.velocity = body.velocity * factor;
-            }
-        } else {
-            for body in &mut state.bodies {
-                body.velocity = VectorOf::<P>::default();
-            }
-        }
+    });
+    for body in &mut state.bodies {
+        body.velocity = rescaling.apply(body.velocity);
     }
+}
+
+/// Map of velocities that removes the drift of the centre of mass and sets the temperature.
+struct VelocityRescaling<V> {
+    /// Drift \[length/time\] and factor of each pass; a factor of `None` leaves particles at rest.
+    passes: Vec<(V, Option<f64>)>,
+}
+
+impl<V: Vector> VelocityRescaling<V> {
+    /// Computes the map to a temperature \[energy\]. `visit` passes masses and velocities of all
+    /// particles to its argument, in the same order each time.
+    fn new<S: Space<Vector = V>>(temperature: f64, visit: impl Fn(&mut dyn FnMut(f64, V))) -> Self {
+        let mut map = Self { passes: Vec::new() };
+        // The second pass removes the rounding error of the first, the third that of scaling.
+        for _ in 0..3 {
+            let (mut count, mut total, mut momentum) = (0_usize, 0.0, V::default());
+            visit(&mut |mass, velocity| {
+                count += 1;
+                total += mass;
+                momentum += map.apply(velocity) * mass;
+            });
+            let drift = momentum * (1.0 / f64::max(total, f64::MIN_POSITIVE));
+            let mut twice_energy = 0.0;
+            visit(&mut |mass, velocity| {
+                twice_energy += mass * (map.apply(velocity) - drift).square();
+            });
+            let found = twice_energy / (S::DIMENSION * count.max(1)) as f64;
+            let factor = (found > 0.0 && count > 1).then(|| (temperature / found).sqrt());
+            map.passes.push((drift, factor));
+        }
+        map
+    }
+
+    /// Returns the velocity without drift, scaled.
+    fn apply(&self, velocity: V) -> V {
+        let pass = |velocity: V, (drift, factor): &(V, Option<f64>)| {
+            factor.map_or_else(V::default, |factor| (velocity - *drift) * factor)
+        };
+        self.passes.iter().fold(velocity, pass)
+    }
+}
+
+/// Draws spins as [`thermal_spins`] and passes each to `look` with its index, without a list of
+/// them. `stream` returns the random stream at its beginning; spins are drawn twice.
+pub fn visit_thermal_spins<P: ParticleModel, R: Rng>(
+    scene: &P,
+    count: usize,
+    temperature: f64,
+    stream: impl Fn() -> R,
+    look: &mut dyn FnMut(usize, SpinOf<P>),
+) {
+    let (sizes, surface) = (scene.sizes(), scene.surface());
+    let size = |index| {
+        let tag = sizes.tag_of(index);
+        (sizes.mass(tag), sizes.radius(tag))
+    };
+    let draw_all = |look: &mut dyn FnMut(usize, SpinOf<P>)| {
+        let mut stream = stream();
+        for index in 0..count {
+            let (mass, radius) = size(index);
+            look(
+                index,
+                surface.thermal_spin(temperature, mass, radius, &mut stream),
+            );
+        }
+    };
+    let mut energy = 0.0;
+    draw_all(&mut |index, spin| {
+        let (mass, radius) = size(index);
+        energy += surface.spin_energy(mass, radius, spin);
+    });
+    let found = 2.0 * energy / (P::Space::ROTATIONS * count.max(1)) as f64;
+    let factor = (temperature / found).sqrt();
+    draw_all(&mut |index, spin| {
+        let scaled = || <P::Surface as Surface<P::Space>>::scale_spin(spin, factor);
+        look(index, if found > 0.0 { scaled() } else { spin });
+    });
 }
 
 /// Gives all particles of a state Maxwellian spins with exactly the temperature I <w^2>/rotations
@@ -172,7 +260,6 @@ pub fn thermal_spins<P: ParticleModel>(
 mod tests {
     use super::*;
     use crate::random::{Purpose, Streams};
-    use crate::space::Vector;
     use crate::{Constant, Domain, Free, ParticleState, Plane, Polydisperse, Rough, Scene, Smooth};
     use nalgebra::vector;
 
@@ -214,6 +301,56 @@ mod tests {
         assert!((velocity.square() / 18.0 - 1.0).abs() < 1e-14);
         for (dimension, a2) in [(2, -0.51), (3, -0.41), (2, 11.0), (3, f64::NAN)] {
             assert!(VelocityDistribution::new(dimension, a2).is_err());
+        }
+    }
+
+    /// Visited velocities and spins have the bits of those in a state: three unequal masses, all
+    /// distributions, and counts without and with a temperature.
+    #[test]
+    fn visited_velocities_and_spins_are_those_of_a_state() {
+        let streams = Streams::new(3, 0);
+        let stream = |purpose| streams.stream_at(purpose, [0, 0]);
+        for (count, a2) in [
+            (0, 0.0),
+            (1, 0.0),
+            (2, 0.1),
+            (1000, 0.0),
+            (1000, 0.3),
+            (999, -0.5),
+        ] {
+            let size = |i: usize| (0.5 + (i % 3) as f64, 1.0 + (i % 7) as f64);
+            let scene = Scene {
+                space: Plane,
+                surface: Rough::new(0.5, 0.5).expect("a surface"),
+                restitution: Constant::new(1.0).expect("a coefficient"),
+                sizes: Polydisperse::new((0..count.max(1)).map(size).collect()).expect("positive"),
+                field: Free,
+            };
+            let at_rest = ParticleState::new(vector![0.0, 0.0], vector![0.0, 0.0]);
+            let mut state = State {
+                time: 0.0,
+                domain: Domain::periodic(vector![100.0, 100.0]).expect("positive"),
+                bodies: vec![at_rest; count],
+            };
+            let law = VelocityDistribution::new(2, a2).expect("a distribution");
+            draw_velocities(
+                &scene,
+                &mut state,
+                2.5,
+                law,
+                &mut stream(Purpose::Velocities),
+            );
+            thermal_spins(&scene, &mut state, 1.5, &mut stream(Purpose::Spins));
+            let mut found = vec![at_rest; count];
+            let begin = || stream(Purpose::Velocities);
+            visit_drawn_velocities(&scene, count, 2.5, law, begin, &mut |index, velocity| {
+                found[index].velocity = velocity;
+            });
+            let begin = || stream(Purpose::Spins);
+            visit_thermal_spins(&scene, count, 1.5, begin, &mut |index, spin| {
+                found[index].spin = spin;
+            });
+            assert_eq!(found, state.bodies, "{count}, {a2}");
         }
     }
 

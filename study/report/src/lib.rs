@@ -167,6 +167,17 @@ pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
     write_guarded(folder, &|| Ok(()))
 }
 
+/// Returns the summary table of a sweep folder, of which the report writes `sweep.csv`; `None` for
+/// the folder of a single point.
+///
+/// # Errors
+/// A table of a point is damaged.
+pub fn sweep_table(folder: &Path) -> Result<Option<Table>, ReportError> {
+    let sweep = Sweep::read(folder)?;
+    let table = sweep.map(|sweep| sweep::table(folder, &sweep));
+    table.transpose()
+}
+
 fn write_guarded(folder: &Path, guard: Guard<'_>) -> Result<PathBuf, ReportError> {
     let report = if let Some(sweep) = Sweep::read(folder)? {
         sweep::build(folder, &sweep, guard)?

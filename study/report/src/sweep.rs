@@ -83,13 +83,25 @@ pub(crate) fn build(folder: &Path, sweep: &Sweep, guard: Guard<'_>) -> Result<Re
     })
 }
 
+/// Makes the summary table of a sweep from the points that are finished.
+pub(crate) fn table(folder: &Path, sweep: &Sweep) -> Result<Table, ReportError> {
+    let points = stored_points(folder, sweep)?;
+    let numbers = corrections(&points);
+    Ok(summary::summary(sweep, &points, &keys(sweep), &numbers))
+}
+
+/// Reads the points of a sweep; `None` for those that are not finished.
+fn stored_points(folder: &Path, sweep: &Sweep) -> Result<Vec<Option<Stored>>, ReportError> {
+    let read = |point: &SweepPoint| Ok(Stored::read(&folder.join(&point.name))?);
+    sweep.points.iter().map(read).collect()
+}
+
 /// Figure of a sweep: name of its file, description, and drawing.
 pub(crate) type Named = (String, Figure, Drawn);
 
 /// Reads the points of a sweep and draws its figures, in the order of its page.
 pub(crate) fn drawn(folder: &Path, sweep: &Sweep) -> Result<Vec<Named>, ReportError> {
-    let read = |point: &SweepPoint| Stored::read(&folder.join(&point.name));
-    let points: Vec<Option<Stored>> = sweep.points.iter().map(read).collect::<Result<_, _>>()?;
+    let points = stored_points(folder, sweep)?;
     let all = figures(sweep, &points, &keys(sweep));
     Ok(all.into_iter().flatten().collect())
 }

@@ -66,7 +66,7 @@ pub fn run_decomposed(
 ) -> Result<RunSummary, RunError> {
     let prepared = prepare(file, options).and_then(|(planned, threads)| {
         require_gas_in_cells(&planned, ranks.size())?;
-        require_memory_of_each(&planned, threads, options)?;
+        require_memory_of_each(&planned, threads, ranks.size(), options)?;
         Ok((planned, threads))
     });
     let ready = require_all_ready(&**ranks, &prepared);

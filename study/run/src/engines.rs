@@ -10,8 +10,8 @@ use stosszahl_dsmc::homogeneous::{
     PairSelection, TestOrder, Threshold,
 };
 use stosszahl_dsmc::{
-    BoundaryConditions, CellGas, CheckpointSource, ExpectedGas, Parameters, Ranks, Scheme,
-    ShardLocation,
+    BoundaryConditions, CellGas, CheckpointSource, DomainStart, ExpectedGas, Parameters, Ranks,
+    Scheme, ShardLocation, StartStream,
 };
 use stosszahl_ed::DissipationRule;
 use stosszahl_model::random::Streams;
@@ -24,6 +24,7 @@ use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError, threads_each};
 use crate::rank_group::RankGroup;
 use crate::start;
 use crate::start::error::StartError;
+use crate::start::stream::IndependentStart;
 use crate::words::short;
 
 /// Branch of the random streams for Monte Carlo in the units of the case: with walls, gravity or
@@ -80,6 +81,7 @@ impl BeginError {
                     | stosszahl_dsmc::DsmcError::Shard { .. }
                     | stosszahl_dsmc::DsmcError::Elsewhere { .. }
                     | stosszahl_dsmc::DsmcError::OneProcess
+                    | stosszahl_dsmc::DsmcError::UnequalParts { .. }
             ),
         }
     }
@@ -199,10 +201,13 @@ pub(crate) fn hold(
     let boundaries = plan.boundaries::<Volume>(engine)?;
     let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
     let (count, lengths) = (plan.count(), plan.gas.lengths);
+    let start = IndependentStart::new(plan, engine, streams, interrupt);
+    let start = start.as_ref().map(|start| -> &dyn StartStream { start });
     Ok(stosszahl_dsmc::serve_domain(
         &gas,
         count,
         lengths,
+        start,
         ranks,
         interrupt,
         measures::sum,
@@ -271,32 +276,7 @@ fn made(
         EngineKind::MonteCarlo(parameters) => {
             let boundaries = plan.boundaries::<Volume>(engine)?;
             let gas = in_cells(plan, *parameters, &boundaries, streams, needs);
-            Ok(match from {
-                From::Start(start) => {
-                    let sets = if plan.starts_from_copies() {
-                        1
-                    } else {
-                        engine.copies() as u64
-                    };
-                    let sets = initial_states(plan, start, sets, streams, interrupt)?;
-                    match call() {
-                        Some(ranks) => stosszahl_dsmc::simulate_distributed(&gas, &sets, ranks)?,
-                        None => stosszahl_dsmc::simulate(&gas, &sets)?,
-                    }
-                }
-                From::Checkpoint(checkpoint, beside) => {
-                    let left = CheckpointSource {
-                        count: plan.count(),
-                        lengths: plan.gas.lengths,
-                        checkpoint,
-                        beside,
-                    };
-                    match call() {
-                        Some(ranks) => stosszahl_dsmc::resume_distributed(&gas, left, ranks)?,
-                        None => stosszahl_dsmc::resume(&gas, left)?,
-                    }
-                }
-            })
+            begin_in_cells(plan, engine, &gas, streams, from, interrupt, &call)
         }
         EngineKind::Homogeneous(selection) => {
             let temperatures = plan.kind_temperatures();
@@ -334,6 +314,59 @@ fn made(
             })
         }
     }
+}
+
+/// Starts or resumes Monte Carlo in cells. `call` calls the other processes that hold the gas, if
+/// there are any, and returns the transport to them.
+fn begin_in_cells<'r>(
+    plan: &CasePlan,
+    engine: &EnginePlan,
+    gas: &CellGas<'_>,
+    streams: Streams,
+    from: From<'_>,
+    interrupt: &Interrupt,
+    call: &dyn Fn() -> Option<&'r Arc<dyn Ranks>>,
+) -> Result<Box<dyn Simulation>, BeginError> {
+    let start = match from {
+        From::Start(start) => start,
+        From::Checkpoint(checkpoint, beside) => {
+            let left = CheckpointSource {
+                count: plan.count(),
+                lengths: plan.gas.lengths,
+                checkpoint,
+                beside,
+            };
+            return Ok(match call() {
+                Some(ranks) => stosszahl_dsmc::resume_distributed(gas, left, ranks)?,
+                None => stosszahl_dsmc::resume(gas, left)?,
+            });
+        }
+    };
+    let stream = IndependentStart::new(plan, engine, streams, interrupt);
+    if let (None, Some(stream)) = (start, stream) {
+        let made = match call() {
+            Some(ranks) => {
+                stosszahl_dsmc::simulate_distributed(gas, DomainStart::Stream(&stream), ranks)
+            }
+            None => stosszahl_dsmc::simulate_stream(gas, &stream),
+        };
+        return match stream.take_failure() {
+            Some(failure) => Err(failure.into()),
+            None => Ok(made?),
+        };
+    }
+    let sets = if plan.starts_from_copies() {
+        1
+    } else {
+        engine.copies() as u64
+    };
+    let sets = initial_states(plan, start, sets, streams, interrupt)?;
+    Ok(match call() {
+        Some(ranks) => {
+            stosszahl_dsmc::simulate_distributed(gas, DomainStart::States(&sets), ranks)?
+        }
+        None => stosszahl_dsmc::simulate(gas, &sets)?,
+    })
 }
 
 /// Returns the initial states of `sets` sets of simulators: the prepared one, or new ones. A single

@@ -42,7 +42,7 @@ pub fn run_joined(
     lost_after: Duration,
 ) -> Result<RunSummary, RunError> {
     let (planned, threads) = prepare(file, options)?;
-    require_memory_of_each(&planned, threads, options)?;
+    require_memory_of_each(&planned, threads, 1, options)?;
     let opened = Opened::join(file, &planned, options, lost_after)?;
     let jobs = opened.jobs(file, &planned, options);
     let folder = opened.folder();

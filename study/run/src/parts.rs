@@ -88,7 +88,7 @@ pub fn run_part(
     options: &RunOptions<'_>,
 ) -> Result<PartSummary, RunError> {
     let (planned, threads) = prepare(file, options)?;
-    require_memory_of_each(&planned, threads, options)?;
+    require_memory_of_each(&planned, threads, 1, options)?;
     let opened = Opened::new(file, &planned, options)?;
     let jobs = opened.jobs(file, &planned, options);
     let case = PartCase {

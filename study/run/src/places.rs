@@ -1,10 +1,12 @@
 //! Random sequential placement of particles in a box, outside walls and obstacles, with a cell list
 //! for overlaps.
 
+use std::ops::Range;
+
 use rand::{Rng, RngExt};
 use stosszahl_model::{Interrupt, Space, Vector};
 
-use crate::plan::{Confinement, Region};
+use crate::plan::{CasePlan, Confinement, Region};
 use crate::start::error::{PlacementFailed, StartError};
 
 /// Exclusion rule for initial positions: between particles, and at walls and obstacles.
@@ -18,12 +20,24 @@ pub enum ExclusionRule {
     Grains,
 }
 
+impl ExclusionRule {
+    /// Rule of the start of a case.
+    pub(crate) fn of_start(plan: &CasePlan) -> Self {
+        match (plan.keeps_apart(), plan.keeps_clear()) {
+            (true, _) => Self::Grains,
+            (false, true) => Self::Surfaces,
+            (false, false) => Self::Points,
+        }
+    }
+}
+
 /// Largest number of trial positions for placing one particle.
 const MOST_TRIALS: usize = 1_000_000;
 
 /// Random placement in progress: positions of the particles placed so far, in a cell list.
 pub(crate) struct RandomPlacement<'a, S: Space> {
-    radii: &'a [f64],
+    count: usize,
+    radius: &'a dyn Fn(usize) -> f64,
     confinement: &'a Confinement<S>,
     region: Option<Region>,
     size: S::Vector,
@@ -36,18 +50,16 @@ pub(crate) struct RandomPlacement<'a, S: Space> {
 impl<'a, S: Space> RandomPlacement<'a, S> {
     /// Creates an empty placement in a box, or in a region of it, for particles with given radii.
     pub(crate) fn new(
-        radii: &'a [f64],
+        count: usize,
+        radius: &'a dyn Fn(usize) -> f64,
         confinement: &'a Confinement<S>,
         region: Option<Region>,
         room: ExclusionRule,
     ) -> Self {
         let size = confinement.domain.lengths();
-        let largest = radii.iter().copied().fold(0.0, f64::max);
+        let largest = (0..count).map(radius).fold(0.0, f64::max);
         // Cells as fine as a diameter, but not many more than particles.
-        let most = (2.0 * radii.len() as f64)
-            .powf(1.0 / S::DIMENSION as f64)
-            .ceil() as usize
-            + 1;
+        let most = (2.0 * count as f64).powf(1.0 / S::DIMENSION as f64).ceil() as usize + 1;
         let counts = [0, 1, 2].map(|axis| {
             if axis < S::DIMENSION && room == ExclusionRule::Grains && largest > 0.0 {
                 ((size[axis] / (2.0 * largest)).floor() as usize).clamp(1, most)
@@ -56,7 +68,8 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
             }
         });
         Self {
-            radii,
+            count,
+            radius,
             confinement,
             region,
             size,
@@ -73,14 +86,27 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
         mut self,
         stream: &mut impl Rng,
         interrupt: &Interrupt,
-    ) -> Result<Vec<S::Vector>, StartError> {
-        let mut order: Vec<usize> = (0..self.radii.len()).collect();
-        order.sort_by(|&a, &b| self.radii[b].total_cmp(&self.radii[a]));
-        let mut places = vec![S::Vector::default(); self.radii.len()];
-        for index in order {
-            places[index] = self.find_place(index, stream, interrupt)?;
+        look: &mut dyn FnMut(usize, S::Vector),
+    ) -> Result<(), StartError> {
+        for run in self.runs() {
+            for index in run {
+                look(index, self.find_place(index, stream, interrupt)?);
+            }
         }
-        Ok(places)
+        Ok(())
+    }
+
+    /// Runs of consecutive particles of one radius, the largest first.
+    fn runs(&self) -> Vec<Range<usize>> {
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for index in 0..self.count {
+            match runs.last_mut() {
+                Some(run) if (self.radius)(run.start) == (self.radius)(index) => run.end += 1,
+                _ => runs.push(index..index + 1),
+            }
+        }
+        runs.sort_by(|a, b| (self.radius)(b.start).total_cmp(&(self.radius)(a.start)));
+        runs
     }
 
     fn cell(&self, position: S::Vector) -> [usize; 3] {
@@ -104,7 +130,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
         stream: &mut impl Rng,
         interrupt: &Interrupt,
     ) -> Result<S::Vector, StartError> {
-        let radius = self.radii[particle];
+        let radius = (self.radius)(particle);
         for _ in 0..MOST_TRIALS {
             self.trials += 1;
             if interrupt.is_raised_at(self.trials) {
@@ -123,7 +149,7 @@ impl<'a, S: Space> RandomPlacement<'a, S> {
                 return Ok(trial);
             }
         }
-        let count = self.radii.len();
+        let count = self.count;
         Err(StartError::PlacementFailed(PlacementFailed {
             particle,
             count,

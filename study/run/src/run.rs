@@ -92,9 +92,10 @@ pub fn needed_memory(planned: &[Planned<'_>], threads: usize) -> f64 {
 pub(crate) fn require_memory_of_each(
     planned: &[Planned<'_>],
     threads: usize,
+    processes: usize,
     options: &RunOptions<'_>,
 ) -> Result<(), RunError> {
-    let bytes = planned.iter().map(|one| one.cost(threads).bytes);
+    let bytes = (planned.iter()).map(|one| one.cost(threads).bytes_each(processes));
     require_memory(bytes.fold(0.0, f64::max), options)
 }
 

@@ -2,6 +2,7 @@
 //! elastic equilibration.
 
 pub(crate) mod error;
+pub(crate) mod stream;
 
 use nalgebra::{Vector2, Vector3};
 use rand::Rng;
@@ -92,10 +93,7 @@ pub fn placed(
     streams: Streams,
     interrupt: &Interrupt,
 ) -> Result<(Particles, Vec<[i32; 2]>, String), StartError> {
-    let streams = match set {
-        0 => streams,
-        _ => streams.branch(SETS).branch(set),
-    };
+    let streams = streams_of(set, streams);
     match (plan.gas.dimension, plan.gas.particles.rough) {
         (2, None) => by_surface::<Plane, _>(plan, Smooth, set, streams, interrupt),
         (2, Some(rough)) => by_surface::<Plane, Rough>(plan, rough, set, streams, interrupt),
@@ -103,6 +101,14 @@ pub fn placed(
         (_, Some(rough)) => by_surface::<Volume, Rough>(plan, rough, set, streams, interrupt),
     }
     .map_err(|error| error.in_units(plan))
+}
+
+/// Random streams of a set of simulators.
+fn streams_of(set: u64, streams: Streams) -> Streams {
+    match set {
+        0 => streams,
+        _ => streams.branch(SETS).branch(set),
+    }
 }
 
 /// Particle model with individual sizes, from which velocities are drawn.
@@ -149,16 +155,13 @@ fn by_surface<S: Space, C: Surface<S>>(
             .map(|at| S::from_components(|axis| at[axis]));
         (places.map(|at| domain.wrap(at)).collect(), reciprocal, name)
     } else {
-        let room = match (plan.keeps_apart(), plan.keeps_clear()) {
-            (true, _) => ExclusionRule::Grains,
-            (false, true) => ExclusionRule::Surfaces,
-            (false, false) => ExclusionRule::Points,
-        };
-        let radii: Vec<f64> = (0..count).map(radius).collect();
-        let places = RandomPlacement::new(&radii, &confinement, plan.region(), room);
+        let room = ExclusionRule::of_start(plan);
+        let placement = RandomPlacement::new(count, &radius, &confinement, plan.region(), room);
         let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
+        let mut places = vec![S::Vector::default(); count];
+        placement.place_all(&mut stream, interrupt, &mut |index, at| places[index] = at)?;
         (
-            places.place_all(&mut stream, interrupt)?,
+            places,
             Vec::new(),
             match plan.region() {
                 Some(_) => "at random in a region".to_owned(),

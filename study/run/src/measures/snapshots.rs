@@ -1,7 +1,8 @@
 //! Measure `snapshots`: files with all particles of chosen replicas at chosen times. Formats are
-//! extended XYZ (OVITO, ASE), LAMMPS dump, GSD, and CSV for gases without positions.
+//! extended XYZ (OVITO, ASE), LAMMPS dump, GSD, H5MD, and CSV for gases without positions.
 
 mod gsd;
+mod h5md;
 mod lammps;
 mod quantity;
 #[cfg(test)]
@@ -48,7 +49,7 @@ pub struct SnapshotOptions {
     /// and `mass`, and the others where particles differ in them.
     pub quantities: Option<Vec<ParticleQuantity>>,
     /// File formats of a gas with positions, each in files of its own: extended XYZ, text dumps of
-    /// LAMMPS (`.dump`), GSD. Default: \["xyz"\].
+    /// LAMMPS (`.dump`), GSD, H5MD (`.h5`). Default: \["xyz"\].
     pub formats: Option<Vec<SnapshotFormat>>,
 }
 
@@ -62,6 +63,8 @@ pub enum SnapshotFormat {
     Lammps,
     /// GSD of the schema hoomd: HOOMD-blue, OVITO, freud, `MDAnalysis`. Single precision.
     Gsd,
+    /// H5MD, groups and arrays of HDF5: `MDAnalysis`, h5py. All digits.
+    H5md,
 }
 
 impl SnapshotFormat {
@@ -71,6 +74,7 @@ impl SnapshotFormat {
             Self::Xyz => "xyz",
             Self::Lammps => "dump",
             Self::Gsd => "gsd",
+            Self::H5md => "h5",
         }
     }
 }
@@ -165,6 +169,7 @@ impl<'a> Content<'a> {
             SnapshotFormat::Xyz => xyz::xyz(self).into_bytes(),
             SnapshotFormat::Lammps => lammps::dump(self).into_bytes(),
             SnapshotFormat::Gsd => gsd::gsd(self),
+            SnapshotFormat::H5md => h5md::h5md(self),
         }
     }
 }
@@ -205,7 +210,7 @@ fn csv(particles: &Particles, asked: Option<&[ParticleQuantity]>, scale: UnitSca
 impl Measure for SnapshotMeasure {
     described!(
         "snapshots",
-        "All particles at chosen times, as extended XYZ, dumps of LAMMPS or GSD; velocities of gases without positions, as CSV.",
+        "All particles at chosen times, as extended XYZ, dumps of LAMMPS, GSD or H5MD; velocities of gases without positions, as CSV.",
         SnapshotOptions
     );
 
@@ -234,7 +239,7 @@ impl Measure for SnapshotMeasure {
             measure::require(plan.has_box(), "formats", allowed)?;
             let twice = |at: usize| formats[..at].contains(&formats[at]);
             let once = !formats.is_empty() && !(0..formats.len()).any(twice);
-            let allowed = "one or more of \"xyz\", \"lammps\" and \"gsd\", each once";
+            let allowed = "one or more of \"xyz\", \"lammps\", \"gsd\" and \"h5md\", each once";
             measure::require(once, "formats", allowed)?;
         }
         let none = options.quantities.is_some_and(|all| all.is_empty());

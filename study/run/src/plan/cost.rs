@@ -60,6 +60,9 @@ const PATHS: i64 = 1000;
 pub struct Cost {
     /// Peak memory of the whole process \[bytes\]: all engines and replicas that run at once.
     pub bytes: f64,
+    /// Memory of the largest gas of which several processes hold a part each \[bytes\]; 0 if one
+    /// process must hold all of it.
+    pub divisible: f64,
     /// Computing time of the parts of a replica: guessed by the plan, unless it was measured
     /// ([`crate::pace`]).
     pub pace: RuntimeEstimate,
@@ -150,6 +153,11 @@ pub struct Looks {
 }
 
 impl Cost {
+    /// Peak memory of each of several processes that hold gases together \[bytes\].
+    pub fn bytes_each(&self, processes: usize) -> f64 {
+        self.bytes - self.divisible * (1.0 - 1.0 / processes.max(1) as f64)
+    }
+
     /// Estimated time of the whole case on this many threads \[s\].
     pub fn seconds(&self, threads: usize) -> f64 {
         self.pace.seconds(self.replicas, threads)
@@ -191,10 +199,20 @@ impl CasePlan {
         }
         parts.sort_by(|a, b| b.0.total_cmp(&a.0));
         parts.truncate(threads);
-        let starts = if self.has_box() {
+        let is_made_whole = |engine: &EnginePlan| !self.has_independent_start(engine);
+        let starts = if self.has_box() && self.engines.iter().any(is_made_whole) {
             PARTICLE * particles * threads.min(replicas) as f64
         } else {
             0.0
+        };
+        let divisible = if sampling.gathers || starts > 0.0 {
+            0.0
+        } else {
+            let engines = self.engines.iter().zip(kept);
+            let alone = engines.map(|(engine, kept)| {
+                self.engine_bytes(engine, kept[0], sampling, threads) - 2.0 * kept[0]
+            });
+            alone.fold(0.0, f64::max)
         };
         let parts: f64 = parts
             .iter()
@@ -208,6 +226,7 @@ impl CasePlan {
                 .max(figures + sampling.tables);
         Cost {
             bytes,
+            divisible,
             pace: self.pace(),
             replicas: self.case.replicas,
             engines,

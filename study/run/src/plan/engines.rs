@@ -214,6 +214,17 @@ impl CasePlan {
         self.is_uniform_box() && !self.is_rough() && self.case.start.region.is_none()
     }
 
+    /// Returns true if the simulators of an engine start independently of each other, so that they
+    /// can be made one after the other: particles do not exclude each other, none comes from a file
+    /// or is a copy, and weights are uniform.
+    pub(crate) fn has_independent_start(&self, engine: &EnginePlan) -> bool {
+        engine.parameters().is_some()
+            && !self.keeps_apart()
+            && self.gas.file.is_none()
+            && (engine.copies() == 1 || !self.starts_from_copies())
+            && engine.weights.factors().is_empty()
+    }
+
     /// Computes the mean free path of the uniform flow at the collision rate of a Monte Carlo
     /// scheme \[length\].
     pub fn flow_path(&self, scheme: Scheme) -> f64 {

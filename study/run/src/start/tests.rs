@@ -5,10 +5,12 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use stosszahl_case::CaseFile;
+use stosszahl_dsmc::StartStream as _;
 use stosszahl_ed::DissipationRule;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Particles};
 
+use super::stream::IndependentStart;
 use super::{Preparation, is_prepared, placed};
 use crate::engines::{self, From};
 use crate::measure::Needs;
@@ -256,4 +258,68 @@ fn few_disks_end_their_equilibration() {
     );
     let start = start(&plan, 0);
     assert_eq!((start.all.len(), start.time), (2, 0.0));
+}
+
+/// Cases whose particles are independent of each other: sizes, walls and bodies, regions, drift,
+/// spins, and several simulators for each particle.
+const INDEPENDENT: [&str; 6] = [
+    "[gas]\nnumber = 400\nrestitution = 0.9\n[box]\nsize = [40, 30]\n[walls]\nbottom = \"specular\"\ntop = { temperature = 1 }\n\
+     [run]\nuntil = 1\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 3\n",
+    "[gas]\nrestitution = 0.9\n[box]\nsize = [60, 60]\n[walls]\nbottom = \"specular\"\ntop = \"specular\"\n\
+     [[species]]\nnumber = 100\ndiameter = 1\n[[species]]\nnumber = 50\ndiameter = 3\nmass = 4\n[[species]]\nnumber = 70\ndiameter = 2\n\
+     [run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
+    "[gas]\nnumber = 300\nrestitution = 0.9\n[box]\nsize = [60, 60]\n[walls]\nbottom = \"specular\"\ntop = \"specular\"\n\
+     [start]\nregion = [[10, 10], [30, 40]]\nvelocity = [0.5, -0.25]\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
+    "[gas]\nnumber = 300\nrestitution = 0.9\n[box]\nsize = [60, 60]\n[walls]\nleft = \"specular\"\nright = \"specular\"\n\
+     [[obstacle]]\ncircle = { centre = [30, 30], radius = 8 }\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
+    "[gas]\ndimension = 3\nnumber = 500\nrestitution = 0.9\ntangential_restitution = 0.3\n[box]\nsize = [20, 20, 20]\n\
+     [start]\nspin_temperature = 0.5\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
+    "[gas]\ndimension = 3\nnumber = 500\nrestitution = 0.9\n[box]\nsize = [20, 20, 20]\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
+];
+
+/// Particles made one after the other are those of a start that is made whole, and so are engines
+/// that begin with them.
+#[test]
+fn streams_of_particles_are_whole_starts() {
+    for text in INDEPENDENT {
+        let plan = plan(text);
+        let (streams, never) = (Streams::new(plan.case.seed, 1), Interrupt::default());
+        let engine = &plan.engines[0];
+        let stream = IndependentStart::new(&plan, engine, streams, &never).expect("a stream");
+        let mut found = vec![[Vector3::zeros(); 3]; stream.particles() * stream.sets()];
+        let positions = stream.visit_positions(&mut |index, at| found[index][0] = at);
+        let velocities = stream.visit_velocities(&mut |index, velocity| found[index][1] = velocity);
+        let spins = stream.visit_spins(&mut |index, spin| found[index][2] = spin);
+        positions.and(velocities).and(spins).expect("particles");
+        let sets = (0..stream.sets()).map(|set| placed(&plan, set as u64, streams, &never));
+        let sets: Vec<Particles> = sets.map(|set| set.expect("a start").0).collect();
+        let wanted = sets.iter().flat_map(|set| &set.all);
+        let wanted: Vec<_> = wanted
+            .map(|one| [one.position, one.velocity, one.spin])
+            .collect();
+        assert!(found == wanted, "{text}");
+        let begin = |from| {
+            let needs = Needs::default();
+            let gas = engines::begin(&plan, engine, streams, needs, from, &never, None);
+            gas.expect("an engine").save_checkpoint().expect("bytes")
+        };
+        let whole = begin(From::Start(Some(&sets[0])));
+        assert!(begin(From::Start(None)) == whole, "{text}");
+    }
+}
+
+/// Particles that exclude each other are not made one after the other; nor are several simulators of
+/// one state.
+#[test]
+fn dense_starts_are_made_whole() {
+    let exclusive = "[gas]\nnumber = 20\nrestitution = 0.9\n[box]\nsize = [20, 20]\n[walls]\nbottom = \"specular\"\ntop = \"specular\"\n\
+                     [run]\nuntil = 1\n[engine.ed]\n[engine.dsmc-boltzmann]\n";
+    let shared = "[gas]\ndimension = 3\nnumber = 50\nrestitution = 0.9\n[box]\nsize = [20, 20, 20]\n\
+                  [run]\nuntil = 1\n[engine.dsmc-boltzmann]\nsimulators_per_particle = 2\n";
+    for text in [exclusive, shared] {
+        let plan = plan(text);
+        let (streams, never) = (Streams::new(plan.case.seed, 0), Interrupt::default());
+        let (_, engine) = plan.engine("dsmc-boltzmann").expect("an engine");
+        assert!(IndependentStart::new(&plan, engine, streams, &never).is_none());
+    }
 }

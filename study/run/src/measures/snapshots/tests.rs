@@ -53,14 +53,17 @@ fn particles(dimension: usize, walled: bool) -> Particles {
     }
 }
 
-fn read(particles: &Particles, shear: Option<Shear>, format: SnapshotFormat) -> StartFile {
-    let units = SnapshotUnits {
+fn units(shear: Option<Shear>) -> SnapshotUnits {
+    SnapshotUnits {
         scale: UnitScale::CASE,
         time_over_t0: None,
         depth: 0.9,
         shear,
-    };
-    let bytes = Content::new(particles, None, units, "ed", 1.0).file(format);
+    }
+}
+
+fn read(particles: &Particles, shear: Option<Shear>, format: SnapshotFormat) -> StartFile {
+    let bytes = Content::new(particles, None, units(shear), "ed", 1.0).file(format);
     let name = format!("a.{}", format.ending());
     initial::read_bytes(Path::new(&name), bytes).expect("a start")
 }
@@ -164,6 +167,68 @@ fn sheared_snapshots_are_starts_with_their_offset() {
                 assert!(!is_tilted || (-1e-6..=1.0 + 1e-6).contains(&part), "{part}");
             }
         }
+    }
+}
+
+/// H5MD has all digits: the particles, the box, which may be tilted, and the moment.
+#[test]
+fn snapshots_as_h5md_have_all_digits() {
+    use hdf5_pure::{AttrValue, File};
+
+    for (dimension, walled, offset) in [(2, true, 0.0), (3, false, 0.0), (2, false, 0.3)] {
+        let gas = particles(dimension, walled);
+        let width = SIDES[0];
+        let shear = (offset > 0.0).then_some(Shear {
+            rate: 0.0,
+            offset: offset * width,
+        });
+        let content = Content::new(&gas, None, units(shear), "ed", 0.25);
+        let file = File::from_bytes(content.file(SnapshotFormat::H5md)).expect("a file");
+        let numbers = |name: &str| {
+            let data = file.dataset(&format!("particles/all/{name}"));
+            data.expect("an array").read_f64().expect("numbers")
+        };
+        let shape = file
+            .dataset("particles/all/position/value")
+            .expect("places");
+        let count = gas.all.len() as u64;
+        assert_eq!(shape.shape().expect("a shape"), [1, count, 3]);
+        let flat = |of: &dyn Fn(&Particle) -> Vector3<f64>| -> Vec<f64> {
+            gas.all
+                .iter()
+                .flat_map(|one| <[f64; 3]>::from(of(one)))
+                .collect()
+        };
+        let domain = content.domain;
+        assert_eq!(
+            numbers("position/value"),
+            flat(&|one| domain.inside(one.position))
+        );
+        assert_eq!(numbers("velocity/value"), flat(&|one| one.velocity));
+        assert_eq!(numbers("angular_velocity/value"), flat(&|one| one.spin));
+        let radii: Vec<f64> = gas.all.iter().map(|one| one.radius).collect();
+        assert_eq!(numbers("radius"), radii);
+        let species: Vec<f64> = gas.all.iter().map(|one| f64::from(one.species)).collect();
+        assert_eq!(numbers("species"), species);
+        let ([x, y, z], tilt) = (domain.lengths, domain.tilt());
+        let edges = if offset > 0.0 {
+            vec![x, 0.0, 0.0, tilt, y, 0.0, 0.0, 0.0, z]
+        } else {
+            vec![x, y, z]
+        };
+        assert_eq!(numbers("box/edges/value"), edges);
+        assert_eq!(numbers("position/time"), [gas.time]);
+        let boundary = file.group("particles/all/box").expect("a box");
+        let boundary = boundary.attrs().expect("attributes");
+        let kinds = domain
+            .periodic
+            .map(|is| if is { "periodic" } else { "none" }.to_owned());
+        let found = format!("{:?}", boundary.get("boundary"));
+        assert!(
+            kinds.iter().all(|kind| found.contains(kind.as_str())),
+            "{found}"
+        );
+        assert!(matches!(boundary.get("dimension"), Some(AttrValue::I64(3))));
     }
 }
 
