@@ -258,7 +258,8 @@ def test_files_of_a_run_with_h5py(written):
         assert file["h5md"].attrs["version"].tolist() == [1, 1]
         group = file["particles/all"]
         assert group["position/value"].shape == (1, 200, 3)
-        assert (group["position/step"][:], group["position/time"][:]) == ([1], [2.0])
+        assert group["position/step"][:].tolist() == [1]
+        assert group["position/time"][:].tolist() == pytest.approx([2.0], rel=1e-12)
         assert_particles(one, group["position/value"][0], DOUBLE)
         assert np.array_equal(group["velocity/value"][0], one.velocities)
         assert np.array_equal(group["radius"], one.radii)

@@ -131,3 +131,21 @@ fn all_crates_say_the_same_of_themselves() {
         assert!(text(page).contains(&says), "{page} lacks \"{says}\"");
     }
 }
+
+/// The recipe of the container takes the toolchain that the manifest asks for, and copies what it has
+/// built.
+#[test]
+fn the_container_has_what_it_builds() {
+    let recipe = text("distributed/cluster/Containerfile");
+    let root = table("Cargo.toml");
+    let toolchain = entry(&root, "workspace/package/rust-version");
+    assert!(
+        recipe.contains(&format!("library/rust:{toolchain}-")),
+        "{recipe}"
+    );
+    for program in ["stosszahl", "stosszahl-mpi"] {
+        assert!(recipe.contains(&format!("-p {program}")), "{program}");
+        let built = format!("/source/target/release/{program} ");
+        assert!(recipe.contains(&built), "{program}");
+    }
+}

@@ -300,12 +300,15 @@ impl Measure for FrameMeasure {
     }
 
     fn kept_per_particle(&self, plan: &CasePlan) -> f64 {
-        // A frame shows a sample of so many at the most, and the last one may show all.
+        // A frame shows a sample of so many simulators at the most, and the last one of more.
         let most = measure::chosen::<FrameOptions>(plan, self.name()).particles;
-        let share = (most as f64 / plan.count().max(1) as f64).min(1.0);
+        let copies = plan.engines.iter().map(EnginePlan::copies).min();
+        let simulators = (plan.count() * copies.unwrap_or(1)).max(1) as f64;
+        let share = |shown: usize| (shown as f64 / simulators).min(1.0);
         let frames = self.sample_times(plan).len() as f64;
         // Beside the frames, the last collision of each.
-        BYTES * (share * frames).max(frames.min(1.0)) + size_of::<Last>() as f64 * frames.min(1.0)
+        BYTES * (share(most) * frames).max(share(LAST) * frames.min(1.0))
+            + size_of::<Last>() as f64 * frames.min(1.0)
     }
 
     fn looks_at(&self, _plan: &CasePlan, replica: u64) -> bool {
