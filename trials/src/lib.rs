@@ -18,7 +18,6 @@ pub mod gas;
 pub mod stress;
 pub mod table;
 mod terminal;
-pub mod three_disks;
 mod trouble;
 pub mod validate;
 

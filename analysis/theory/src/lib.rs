@@ -13,6 +13,7 @@
 //! | [`rough`] | how do rough particles share and lose their energy? |
 //! | [`bath`] | in which steady state do white noise and drag keep a gas? |
 //! | [`delta_model`] | at which temperature do contacts heat as much as they dissipate? |
+//! | [`three_disks`] | what do three disks add to theory, to first order in density? |
 //! | [`uniform_shear`] | which temperature and stress does a dilute gas reach in a shear flow? |
 //! | [`integrate`] | an adaptive integrator with control of its error |
 //!
@@ -32,6 +33,7 @@ pub mod integrate;
 pub mod mixture;
 pub mod rough;
 pub mod sonine;
+pub mod three_disks;
 pub mod uniform_shear;
 
 pub use barometric::{BarometricColumn, Layer};

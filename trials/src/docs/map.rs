@@ -14,13 +14,12 @@ use stosszahl_model::kinetic;
 use stosszahl_results::{
     Figure, FigureAxis, FinishedPoints, NumberNotFound, Table, TableEstimate, TableRow, table,
 };
-use stosszahl_theory::CoolingFactors;
+use stosszahl_theory::{CoolingFactors, three_disks};
 
 use super::data::{DataMaker, DataTable, Made, csv_text};
 use super::results::{OF_EXACT, number_text, value_and_error};
 use super::tables::markdown_table;
 use crate::TrialError;
-use crate::three_disks;
 
 /// Path of the page from the root.
 pub(super) const PAGE: &str = "docs/map.md";
