@@ -1,4 +1,5 @@
-//! Corrections to Enskog's theory of first order in density, by the dynamics of three disks.
+//! First-order density corrections to Enskog's theory of hard disks, by Monte Carlo over the
+//! dynamics of three disks.
 //!
 //! Two disks that have just met stand in each other's way. A third disk that would have met one of
 //! them from behind cannot do so, or it meets the other first and sends it back to its partner.
@@ -52,20 +53,22 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Speed over sqrt(T/m) with which a third disk comes from the edge of the sampled region. Faster
-/// ones are below 1e-5 of all.
+/// Cutoff speed of the third disk in units of the thermal speed `sqrt(T/m)`: sampled positions
+/// reach as far as a disk of this speed flies. Fewer than 1e-5 of Maxwellian disks are faster.
 const FASTEST: f64 = 5.0;
 
-/// First-order coefficient in density, found by Monte Carlo.
+/// First-order density coefficient of a quantity, with its Monte Carlo error. Times the packing
+/// fraction, it corrects Enskog's theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DensityCoefficient {
-    /// Coefficient: the correction over the packing fraction.
+    /// Value of the density coefficient: the relative correction to Enskog's theory over the
+    /// packing fraction.
     pub value: f64,
-    /// Standard error of the coefficient.
+    /// Monte Carlo standard error of the density coefficient.
     pub standard_error: f64,
 }
 
-/// Disk in flight.
+/// Position and velocity of one disk, in units of the diameter and the thermal speed.
 #[derive(Clone, Copy)]
 struct Disk {
     place: Vector2<f64>,
@@ -92,7 +95,7 @@ impl Disk {
     }
 }
 
-/// Returns the time at which two disks touch, if they do.
+/// Returns the time until two disks in free flight touch \[d sqrt(m/T)\]; `None` if they miss.
 fn contact(a: &Disk, b: &Disk) -> Option<f64> {
     let (line, relative) = (a.place - b.place, a.velocity - b.velocity);
     let approach = line.dot(&relative);
@@ -102,30 +105,31 @@ fn contact(a: &Disk, b: &Disk) -> Option<f64> {
     (approach < 0.0 && root > 0.0).then(|| (apart / (root.sqrt() - approach)).max(0.0))
 }
 
-/// Collision of two of the three disks.
+/// Collision of two of the three disks: time, normal speed and impact parameter.
 #[derive(Clone, Copy)]
 struct Meeting {
     time: f64,
-    /// Normal relative speed before the collision.
+    /// Normal component of the relative velocity before the collision \[sqrt(T/m)\].
     normal: f64,
-    /// Impact parameter over the diameter.
+    /// Impact parameter of the collision over the diameter, from 0 to 1.
     impact: f64,
 }
 
 impl Meeting {
-    /// Momentum that the collision carries over half of the distance of the centres, without
-    /// losses.
+    /// Returns the collisional momentum transfer `q = (m/2) g d` of an elastic collision with
+    /// normal speed g.
     fn transfer(&self) -> f64 {
         0.5 * self.normal
     }
 
-    /// Contribution to the slope of P(b/d).
+    /// Returns the estimate `12 (b/d - 1/2)` of the slope of P(b/d) from one collision with impact
+    /// parameter b.
     fn slope(&self) -> f64 {
         12.0 * (self.impact - 0.5)
     }
 }
 
-/// Collides two disks that touch.
+/// Applies the inelastic collision rule to two disks that touch, and returns the collision.
 fn collide(a: &mut Disk, b: &mut Disk, restitution: f64, time: f64) -> Meeting {
     let line = (a.place - b.place).normalize();
     let relative = a.velocity - b.velocity;
@@ -141,7 +145,7 @@ fn collide(a: &mut Disk, b: &mut Disk, restitution: f64, time: f64) -> Meeting {
     }
 }
 
-/// Two disks that have just met.
+/// Two disks just after their collision, with that collision. A third disk then disturbs the pair.
 struct Pair {
     after: [Disk; 2],
     first: Meeting,
@@ -162,8 +166,8 @@ impl Pair {
     }
 }
 
-/// Draws two disks about to meet, with chances in proportion to their normal speed and Maxwellian
-/// velocities besides.
+/// Draws two disks in contact just before a collision. The probability is proportional to the
+/// normal speed times the Maxwellian distribution.
 fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
     let speed = 2.0 * (-(1.0 - stream.random::<f64>()).ln()).sqrt();
     let across: f64 = stream.sample::<f64, _>(StandardNormal) * SQRT_2;
@@ -174,7 +178,8 @@ fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
     })
 }
 
-/// Draws a third disk within a reach, uniform in its distance, with its weight.
+/// Draws a third disk with its statistical weight. Its distance from the contact point of the pair
+/// is uniform up to `reach`, its velocity Maxwellian.
 fn third(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
     let (share, angle): (f64, f64) = (stream.random(), TAU * stream.random::<f64>());
     let disk = Disk {
@@ -184,7 +189,8 @@ fn third(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
     (disk, 2.0 * share * PI * reach * reach)
 }
 
-/// Returns all later collisions of a pair that has just met and a third disk, up to a time.
+/// Simulates three disks, two of which have just collided, and returns all later collisions up to
+/// the time `until`.
 fn follow(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting> {
     let mut meetings = Vec::new();
     if pair.after.iter().any(|disk| disk.overlaps(&third)) {
@@ -210,7 +216,8 @@ fn follow(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting
     }
 }
 
-/// Returns the collisions of the third disk with one of a pair, the other being away, up to a time.
+/// Returns the collisions of the third disk with each partner of the pair as if the other partner
+/// were absent, up to the time `until`.
 fn alone(pair: &Pair, third: Disk, until: f64) -> impl Iterator<Item = Meeting> {
     let clear = pair
         .after
@@ -223,7 +230,7 @@ fn alone(pair: &Pair, third: Disk, until: f64) -> impl Iterator<Item = Meeting> 
     })
 }
 
-/// Sums of numbers and of their squares.
+/// Sums and sums of squares of Monte Carlo samples, for means and their standard errors.
 struct Sums {
     all: Vec<[f64; 2]>,
     count: f64,
@@ -258,8 +265,9 @@ impl Sums {
     }
 }
 
-/// Computes `zeta(t)/zeta_E - 1` over the packing fraction at rising lags \[d sqrt(m/T)\], from
-/// `samples` random third disks.
+/// Computes the density coefficient of the bulk viscosity, `(zeta(t)/zeta_E - 1)/phi`, at rising
+/// lags t \[d sqrt(m/T)\]. Here `zeta_E` is Enskog's value and `phi` the packing fraction;
+/// `samples` third disks are drawn.
 pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<DensityCoefficient> {
     let until = lags.last().copied().unwrap_or(0.0);
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -288,9 +296,10 @@ pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<DensityCoeff
     sums.orders(8.0 / PI)
 }
 
-/// Computes the slope of P(b/d) in the collisions up to a time \[d sqrt(m/T)\] after elastic
-/// equilibrium, over the packing fraction. The first value is without losses, where theory gives
-/// zero; the others are those of each restitution less the first, from the same disks.
+/// Computes the density coefficient of the slope of P(b/d) in collisions up to the time `until` \[d
+/// sqrt(m/T)\] after elastic equilibrium. The first result is that of elastic disks, zero in
+/// theory. The others are the difference to it for each coefficient of restitution, from the same
+/// random disks.
 pub fn onset(
     restitutions: &[f64],
     until: f64,

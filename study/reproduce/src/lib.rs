@@ -36,44 +36,44 @@ use stosszahl_study::RunError;
 pub use judged::{ClaimOutcome, Judged};
 pub use plan::{FigureOutline, ReproduceOptions, Reproduction};
 
-/// Reason why a paper could not be reproduced.
+/// Reasons why a paper cannot be reproduced.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReproduceError {
-    /// The paper or one of its cases is refused.
+    /// Error of an invalid paper file, or of an invalid case file of the paper.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// The paper has no such figure.
+    /// Error of a requested figure that the paper does not have.
     #[error("--figure {found}: the figures of this paper are {}", allowed.join(", "))]
     NoFigure {
-        /// Name requested.
+        /// Name of the figure that was requested.
         found: String,
-        /// Names of the figures of the paper.
+        /// Names of all figures of the paper.
         allowed: Vec<String>,
     },
-    /// The folder holds something else.
+    /// Error of an output folder that holds something other than results of this paper.
     #[error("{}: {found}; use --out for another folder", path.display())]
     Occupied {
-        /// Path of the folder.
+        /// Path of the occupied output folder.
         path: PathBuf,
-        /// Content found there.
+        /// Description of what the occupied output folder holds.
         found: String,
     },
-    /// A run failed.
+    /// Error of a simulation run that failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A results folder cannot be read or written.
+    /// Error of a results folder that cannot be read or written.
     #[error(transparent)]
     Results(#[from] ResultsError),
-    /// A page cannot be built.
+    /// Error of an HTML report that cannot be built.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// The folder of the paper cannot be used.
+    /// System error for the output folder of the paper.
     #[error("{}: {source}", path.display())]
     System {
-        /// Path of the folder.
+        /// Path of the output folder.
         path: PathBuf,
-        /// Error of the operating system.
+        /// Error that the operating system reported.
         source: io::Error,
     },
 }

@@ -26,16 +26,16 @@ use crate::schedule::{ScheduledEvent, schedule_events};
 use crate::start::{Preparation, is_prepared, pairs};
 use crate::theory::homogeneous;
 
-/// Multiple of an engine's time slice after which a time step in progress is interrupted.
+/// Multiple of an engine's time slice after which a running time step is interrupted. Used only to
+/// measure run times.
 const PATIENCE: u32 = 3;
-/// Duration of a sample below which it is measured a second time.
+/// Sampling time below which the measurement of its duration is repeated, for a better estimate.
 const QUICK: Duration = Duration::from_millis(20);
-/// Largest number of points of a sweep that are measured if the time suffices for fewer.
+/// Smallest number of sweep points whose run time is measured, even if the allowed time is short.
 const MEASURED: usize = 6;
 
-/// Measures the runtime of the points of a case on `threads` threads, in about `seconds` in all. Of
-/// many points some are measured, evenly spread, and each other point is estimated from the
-/// nearest.
+/// Measures the run time of a case's sweep points on `threads` threads, in about `seconds` in all.
+/// A few evenly spread points are measured, and the others scaled from the nearest.
 ///
 /// # Errors
 /// [`RunError`] if a start or an engine cannot be made.
@@ -70,7 +70,7 @@ pub fn paces(
     Ok(all.collect())
 }
 
-/// Measures one point: its start, then all engines side by side, as many as there are threads.
+/// Measures the run time of one sweep point: its start, then all engines in parallel.
 fn measured(
     planned: &Planned<'_>,
     threads: usize,
@@ -122,8 +122,8 @@ fn measured(
     })
 }
 
-/// Time to solve the theory that tables are compared with \[s\]. The plan keeps the solution, so
-/// that the run does not repeat the work.
+/// Returns the time to solve the theory that result tables show \[s\]. The plan keeps the solution
+/// for the run.
 fn theory(plan: &CasePlan) -> f64 {
     let began = Instant::now();
     // Theory that cannot be followed is left out of a run, too, after the same time.
@@ -138,8 +138,8 @@ fn theory(plan: &CasePlan) -> f64 {
     began.elapsed().as_secs_f64()
 }
 
-/// Makes a start whose equilibration is interrupted after some time; returns its estimated duration
-/// \[s\] and its particles.
+/// Prepares initial particles, and interrupts the equilibration after the time slice `each`.
+/// Returns its estimated full duration \[s\] and the particles.
 fn prepared(
     plan: &CasePlan,
     streams: Streams,
@@ -165,7 +165,7 @@ fn prepared(
     Ok((placed + spent * left, particles))
 }
 
-/// Estimated time of an engine for the first replica, and for another \[s\].
+/// Estimates the run time of an engine: for the first replica, and for each further one \[s\].
 fn pace(part: &EngineRun<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     let stop = Interrupt::default();
     let began = Instant::now();
@@ -183,8 +183,8 @@ fn pace(part: &EngineRun<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     Ok([0, 1].map(|which| beginning + flight * work[which] + looks[which]))
 }
 
-/// Runs an engine for some time. Returns the time taken \[s\], and the fraction of its whole run
-/// that it did.
+/// Runs an engine for the time slice `each` without sampling. Returns the time taken \[s\] and the
+/// fraction of the whole run done.
 fn flying(
     part: &EngineRun<'_>,
     course: &mut RunState<'_>,
@@ -230,7 +230,8 @@ fn flying(
     Ok((began.elapsed().as_secs_f64(), done))
 }
 
-/// Estimated time spent sampling \[s\]: for replica 0 and for each further replica.
+/// Estimates the total sampling time of an engine from one sample of each measurement \[s\]: for
+/// replica 0, and for each further replica.
 fn looking(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
     let plan = part.plan;
     let mut sums = [0.0; 2];
@@ -259,8 +260,8 @@ fn looking(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
     sums
 }
 
-/// Raises an interrupt after some time, and another one later, unless the returned sender is
-/// dropped before.
+/// Raises `pause` after a time slice, and `stop` after three, unless the returned sender is dropped
+/// before.
 fn watch(each: Duration, pause: &Interrupt, stop: &Interrupt) -> Sender<()> {
     let (sender, receiver) = mpsc::channel();
     let (pause, stop) = (pause.clone(), stop.clone());

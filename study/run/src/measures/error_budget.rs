@@ -28,17 +28,17 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EngineKind, EnginePlan, RATE_ERROR_IN_A_CELL, in_space};
 
-/// Measure of the sources of error of each engine.
+/// Measurement of the sources of error of each engine, with the table `error_budget.csv`.
 pub struct ErrorBudget;
 
-/// Largest estimated relative error that is marked green; `AMBER` is the largest that is marked
+/// Largest estimated relative error with green severity, 1 %. The constant `AMBER` is the limit of
 /// amber.
 const GREEN: f64 = 0.01;
 const AMBER: f64 = 0.05;
-/// Share by which cells of a mean free path raise the viscosity, 16/(45 π).
+/// Relative increase of the viscosity by cells as wide as a mean free path, 16/(45 π).
 const CELL: f64 = 16.0 / (45.0 * PI);
 
-/// Mark of a source of error, by the size of its estimated relative error.
+/// Severity of a source of error: green, amber or red, by its estimated relative error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Estimated relative error up to 1 %.
@@ -50,7 +50,7 @@ pub enum Level {
 }
 
 impl Level {
-    /// Returns the level of an estimated relative error; NaN is red.
+    /// Returns the severity of an estimated relative error; NaN is red.
     pub fn from_error(estimate: f64) -> Self {
         Self::by(estimate, GREEN, AMBER)
     }
@@ -72,7 +72,7 @@ impl Level {
     }
 }
 
-/// Temperatures of the gas at the start and at the end of the run.
+/// Granular temperatures of one replica at the start and at the end of the run.
 type Record = Vec<f64>;
 
 impl Measure for ErrorBudget {
@@ -129,13 +129,13 @@ impl Measure for ErrorBudget {
     }
 }
 
-/// Source of error, with its measured value and its estimated size.
+/// Source of error of an engine, with its measured value and its estimated relative error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Source {
     name: &'static str,
-    /// Measured value, and its unit.
+    /// Measured value of the source of error, and its unit.
     value: (f64, &'static str),
-    /// Estimated relative error; NaN without an estimate.
+    /// Estimated relative error of the results; NaN without an estimate.
     estimate: f64,
     level: Level,
     reason: &'static str,
@@ -157,13 +157,13 @@ impl Source {
         }
     }
 
-    /// Marks a source of error that has no estimate.
+    /// Returns the source of error with another severity, for sources without an estimate.
     fn marked(self, level: Level) -> Self {
         Self { level, ..self }
     }
 }
 
-/// Error budget of one engine of a run.
+/// Inputs for the error budget of one engine: the plan, finished runs and temperatures.
 struct Budget<'a> {
     plan: &'a CasePlan,
     runs: &'a [CompletedRun],
@@ -190,7 +190,7 @@ impl Budget<'_> {
         list
     }
 
-    /// Mean over the replicas of a work counter of the engine, by its name.
+    /// Averages a named work counter of the engine over replicas.
     fn work(&self, name: &str) -> f64 {
         let numbers = self.runs.iter().map(|run| run.work.numbers.get(name));
         let sum: f64 = numbers
@@ -267,7 +267,7 @@ impl Budget<'_> {
     }
 
     fn separation(&self, within: bool, path: f64) -> Source {
-        /// Mean distance of two random points of a square and of a cube, over the side.
+        /// Mean distance of two random points in a square and in a cube, over the side.
         const APART: [f64; 2] = [0.5214, 0.6617];
         let separation = self.work("collision_separation");
         if within {
@@ -286,9 +286,9 @@ impl Budget<'_> {
     }
 
     fn majorant(&self) -> Source {
-        /// Share of violations from which the majorant is doubtful.
+        /// Fraction of candidate pairs faster than the majorant above which the severity is amber.
         const SOME: f64 = 0.01;
-        /// Share of violations from which it is no majorant.
+        /// Fraction of candidate pairs faster than the majorant above which the severity is red.
         const MANY: f64 = 0.1;
         let share = self.work("majorant_violations_per_trial");
         let reason = "trials faster than the bound of their cell, accepted as if at it; it is raised then, so the rate lacks their \
