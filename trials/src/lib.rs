@@ -1,4 +1,4 @@
-//! Trials of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed
+//! Tests of the engines: hard cases ([`stress`]), claims about accuracy ([`validate`]) and speed
 //! (`bench`). Also the test of the false-alarm rate of verdicts ([`calibrate`]), and the command
 //! that makes results in the documentation ([`docs`]).
 //!
@@ -25,5 +25,5 @@ pub use findings::TrialLog;
 pub use trial::{Effort, TrialReport, TrialRow};
 pub use trouble::TrialError;
 
-/// Result of a trial: an error if it could not be run.
+/// Result of a trial or a command; an error if it could not be run or failed.
 pub type Done = Result<(), TrialError>;

@@ -1,4 +1,5 @@
-//! Contacts that rounding decides: grazing, touching at the start, resting on each other.
+//! Hard cases of contacts between exact disks that rounding decides: grazing, touching at the
+//! start, resting on each other.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -173,7 +174,8 @@ fn overlapping(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Checks that a gas runs without an error, and never overlaps deeper than at the start.
+/// Checks that a gas of exact disks runs without an error, and never overlaps deeper than at the
+/// start.
 fn heals<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
     log.guard(|log| {
         let course = gas.run_until(20.0, 1000)?;
@@ -184,7 +186,7 @@ fn heals<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
 }
 
 fn resting(log: &mut TrialLog) -> Done {
-    /// Largest overlap in long runs, over the diameter.
+    /// Largest allowed overlap of resting disks in long runs, over the diameter.
     const LONG_OVERLAP: f64 = 1e-10;
     let mut stream = random(3);
     let (mut worst, mut more) = (0.0_f64, 0);

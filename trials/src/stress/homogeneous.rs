@@ -1,4 +1,5 @@
-//! Gases without positions.
+//! Hard cases of Monte Carlo gases without positions: extreme sizes and temperatures, rare species,
+//! aggregation.
 
 use stosszahl_dsmc::homogeneous::{
     AggregationRule, AliasTableSelection, Bird, EnergyLimit, EnergyLoss, HomogeneousEngine,
@@ -32,7 +33,7 @@ trials! {
         "mass exact, momentum and energy ledger to 1e-11";
 }
 
-/// Creates an engine for a dilute gas of species (diameter, mass, count).
+/// Creates an engine for a dilute gas without positions, of species (diameter, mass, count).
 fn engine<S: SelectionMethod<Spheres>>(
     kinds: &[(f64, f64, usize)],
     restitution: f64,
@@ -49,8 +50,8 @@ fn engine<S: SelectionMethod<Spheres>>(
     )
 }
 
-/// Runs for a number of collisions and checks the ledger. Returns the candidate pairs per
-/// collision.
+/// Runs a gas without positions for a number of collisions, and checks that kinetic energy plus
+/// recorded loss is conserved. Returns the candidate pairs per collision.
 fn booked<S: SelectionMethod<Spheres>>(
     log: &mut TrialLog,
     name: &str,
@@ -69,8 +70,8 @@ fn booked<S: SelectionMethod<Spheres>>(
     Ok(each)
 }
 
-/// Runs gases at temperature one by all three selections and checks their ledgers. Returns the
-/// candidate pairs per collision of alias tables.
+/// Runs gases without positions with all three pair-selection methods, and checks their energy
+/// balance. Returns the candidate pairs per collision of alias tables.
 fn booked_by_all(
     log: &mut TrialLog,
     kinds: &[(f64, f64, usize)],

@@ -45,8 +45,8 @@ pub struct SpeciesSums {
 }
 
 impl SpeciesSums {
-    /// Returns the granular temperature m <(v - u)²>/D in D dimensions, for the mean velocity u; 0
-    /// without particles.
+    /// Returns the granular temperature `m <(v - u)²>/D` in D dimensions, for the mean velocity u;
+    /// 0 without particles.
     pub fn temperature(&self, freedom: Freedom) -> f64 {
         if self.number <= 0.0 {
             return 0.0;
@@ -55,7 +55,7 @@ impl SpeciesSums {
         (2.0 * self.translation - square / self.mass) / (freedom.dimension as f64 * self.number)
     }
 
-    /// Returns the rotational temperature, I <w²> over the number of spin components. It is 0
+    /// Returns the rotational temperature, `I <w²>` over the number of spin components. It is 0
     /// without particles and `None` for smooth particles.
     pub fn spin_temperature(&self, freedom: Freedom) -> Option<f64> {
         let each = freedom.rotations as f64 * self.number.max(f64::MIN_POSITIVE);
@@ -64,8 +64,8 @@ impl SpeciesSums {
 }
 
 impl SpeciesSums {
-    /// Returns the fourth cumulant a2 = D <(m v²)²>/((D + 2) <m v²>²) - 1 of the velocities; 0 for
-    /// a Maxwellian and at rest.
+    /// Returns the fourth cumulant `a2 = D <(m v²)²>/((D + 2) <m v²>²) - 1` of the velocities; 0
+    /// for a Maxwellian and at rest.
     pub fn fourth_cumulant(&self, dimension: usize) -> f64 {
         let (d, square) = (dimension as f64, 2.0 * self.translation);
         if square > 0.0 {

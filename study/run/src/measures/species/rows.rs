@@ -175,7 +175,7 @@ pub(super) fn mean_ratio(sums: &[[f64; 2]]) -> TableEstimate {
     mean_over_replicas(of_sums(sums, |[a, b]| a / b).into_iter().map(Some))
 }
 
-/// Returns the temperature of a species in engine units: m <v²>/D in a uniform gas, and about the
+/// Returns the temperature of a species in engine units: `m <v²>/D` in a uniform gas, and about the
 /// species' mean velocity in a flow.
 pub(super) fn temperature(plan: &CasePlan, share: &SpeciesSums) -> f64 {
     if plan.is_uniform() {
