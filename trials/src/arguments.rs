@@ -40,7 +40,7 @@ pub enum TrialCommand {
     /// Test an engine on hard cases and report what holds: seconds to a minute each, hours with
     /// --long.
     ///
-    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one
+    /// Each case prints what it tries, what must hold and what was found. The exit code is 1 if one
     /// fails.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials stress ed --list                 the cases in words\n  \
@@ -54,21 +54,20 @@ pub enum TrialCommand {
     /// Check the error rates of verdicts on replicas with a known truth: how often they raise false
     /// alarms, and how often they find a planted effect.
     ///
-    /// Some minutes; seconds with --quick. The exit code is 1 if a rate is not as stated.
+    /// Takes some minutes; seconds with --quick. The exit code is 1 if a rate is not as stated.
     Calibrate(Calibrate),
     /// Regenerate the results shown in README and docs, or check them.
     ///
-    /// Without names it makes the cheap ones, in some ten seconds. --check compares the cheap ones
-    /// with new runs, number by number within their errors. Of the costly ones it says whether an
-    /// engine behind them has another statistics version by now. Of blocks with a file in docs/data
-    /// it says whether the text follows from the file. The exit code is 1 if something does not
-    /// hold.
+    /// Without names the cheap blocks are made, in some ten seconds. --check compares the cheap
+    /// blocks with new runs, number by number within their errors. For costly blocks it reports
+    /// engines whose statistics version has changed. For blocks with a file in docs/data it checks
+    /// that the text follows from the file. The exit code is 1 if a check fails.
     Docs(Docs),
     /// Measure all claims about accuracy of the program, and report which of them hold.
     ///
-    /// Each line states a claim, what was expected, what was found with its standard error, the
-    /// verdict and the cost; the last line says pass or fail. The exit code is 1 unless all is
-    /// well. The whole is meant to end within an hour on two cores, --quick within five minutes.
+    /// Each line shows a claim, the expected value, the value found with its standard error, the
+    /// verdict and the cost. The last line is pass or fail, and the exit code is 1 unless all
+    /// claims hold. The whole takes up to an hour on two cores, --quick five minutes.
     #[command(
         args_conflicts_with_subcommands = true,
         after_help = "Begin with:\n  stosszahl-trials validate --quick                    five minutes\n  \
@@ -96,8 +95,8 @@ pub enum Validate {
     /// Compare Monte Carlo schemes with kinetic theory and exact dynamics, with error bars over
     /// replicas.
     ///
-    /// Each line states a quantity, what was expected, what was found and, where the scheme claims
-    /// it, the verdict. The exit code is 1 if a claim of the default scheme does not hold.
+    /// Each line shows a quantity, the expected value, the value found and, if the scheme claims
+    /// it, the verdict. The exit code is 1 if a claim of the default scheme fails.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials validate dsmc --quick                   small gases, wide errors\n  \
                       stosszahl-trials validate dsmc --part cooling            only this part\n  \

@@ -1,14 +1,14 @@
 //! Calibration of verdicts, `stosszahl-trials calibrate`: measured rates of false alarms and of
 //! detected effects.
 //!
-//! The judge gets replicas of known truth. *Planted* replicas are drawn; their collisions may be
-//! correlated within a replica, as those of a clustered gas, where tests of independent events
-//! fail. *Elastic* replicas are gases from the whole pipeline: a case of two equal species with two
+//! Verdicts are drawn for replicas with a known truth. *Planted* replicas are random numbers. Their
+//! collisions may be correlated within a replica, as in a clustered gas, where tests of independent
+//! events fail. *Elastic* replicas are simulated gases: a case file of two equal species with two
 //! engines, from its text to its verdicts.
 //!
-//! Each rate must lie within four binomial errors of the stated one; by chance, one in 16 000 does
-//! not. A rate of false alarms may also be lower, because the correction over several tests is
-//! cautious.
+//! Each rate must lie within four binomial standard errors of the stated one. By chance, one of 16
+//! 000 does not. A false-alarm rate may also be lower, because the correction for several tests is
+//! conservative.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -94,8 +94,8 @@ pub(crate) fn command(asked: &Calibrate) -> Done {
 
 /// Largest deviation of a measured detection rate from the stated one, in binomial standard errors.
 const FAR: f64 = 4.0;
-/// Chance that a measured rate of false alarms exceeds its bound while the true rate is the stated
-/// one.
+/// Probability that a measured false-alarm rate exceeds its bound by chance, although the true rate
+/// is the stated one.
 const CHANCE: f64 = 1.0 / 16_000.0;
 /// Stated false-alarm probability of a verdict.
 const LEVEL: f64 = 0.05;

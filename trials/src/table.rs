@@ -7,21 +7,22 @@ use stosszahl_results as results;
 
 use crate::TrialError;
 
-/// Verdict of `stosszahl-trials validate` on a claim.
+/// Verdict of the validation on a claim about accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowVerdict {
-    /// The claim holds: within the tolerance, with an error bar of at most half the tolerance.
+    /// Verdict that the claim holds: the value is within the tolerance, with a standard error of at
+    /// most half the tolerance.
     Pass,
-    /// The claim does not hold: the value is not within the tolerance.
+    /// Verdict that the claim does not hold: the value is beyond the tolerance.
     Fail,
-    /// The error bar is too wide to tell if the claim holds.
+    /// Verdict that the standard error is too wide to tell if the claim holds.
     Unresolved,
     /// Measured value about which nothing is claimed.
     Measured,
 }
 
 impl RowVerdict {
-    /// Returns the verdict as a word for the table.
+    /// Returns the verdict on a claim as a word for tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -37,17 +38,18 @@ impl RowVerdict {
 pub struct TrialTableRow {
     /// Part of the validation, scheme, setting and gas that the claim is about.
     pub place: RowPlace,
-    /// Measured quantity, with its unit.
+    /// Name of the measured quantity, with its unit.
     pub quantity: String,
-    /// Expected value, from theory or from another engine.
+    /// Expected value of the quantity, from theory or from another engine.
     pub expected: f64,
     /// Measured value of the quantity.
     pub found: f64,
-    /// Standard error of the value found (and of the expected value, where that was measured too).
+    /// Standard error of the measured value, including that of the expected value if it was
+    /// measured too.
     pub standard_error: f64,
     /// Largest deviation from the expected value that passes; `None` if nothing is claimed.
     pub tolerance: Option<f64>,
-    /// Verdict on the measured value.
+    /// Verdict on the claim about the measured value.
     pub verdict: RowVerdict,
 }
 
@@ -60,7 +62,7 @@ pub struct RowPlace {
     pub scheme: String,
     /// Resolution of the scheme, as text.
     pub setting: String,
-    /// Packing fraction of the gas.
+    /// Packing fraction of the gas that the claims are about.
     pub packing: f64,
     /// CPU time of the runs behind the rows, which may share them \[s\].
     pub seconds: f64,
@@ -197,7 +199,7 @@ impl TrialTableRow {
     }
 }
 
-/// Creates an estimate from a value and its standard error.
+/// Creates an `Estimate` from a value and its standard error.
 pub fn estimate(value: f64, standard_error: f64) -> Estimate {
     Estimate {
         value,
@@ -228,7 +230,7 @@ pub fn against(found: Estimate, other: Estimate) -> Estimate {
     }
 }
 
-/// Divides an estimate by an exact number.
+/// Divides an estimate and its standard error by an exact number.
 pub fn divided_by(found: Estimate, unit: f64) -> Estimate {
     Estimate {
         value: found.value / unit,

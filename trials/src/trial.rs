@@ -1,4 +1,5 @@
-//! Definition of a trial, and the loop that runs trials.
+//! Definition of a trial with its log, and the function that runs it in a separate thread with a
+//! time limit.
 
 use std::fmt;
 use std::path::Path;
@@ -55,7 +56,7 @@ macro_rules! about {
 /// it is not [`LIMIT`], the time limit in seconds.
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
-        /// All trials of the table, in the order in which they are run.
+        /// All trials of this module's table, in the order in which they are run.
         pub const TRIALS: &[$crate::TrialRow] = &[$({
             let trial = $crate::TrialRow::new($name, $body, $tried, $required);
             $(let trial = trial.with_limit($limit);)?
@@ -73,7 +74,7 @@ pub struct Effort {
     pub long: bool,
     /// Number of collisions of trials whose length can be set; `None` for each trial's own number.
     pub collisions: Option<u64>,
-    /// Monte Carlo schemes to validate.
+    /// Monte Carlo schemes that validation trials test.
     pub methods: Vec<Method>,
     /// True if trials print their progress to standard error.
     pub tell: bool,
@@ -86,7 +87,7 @@ pub struct Effort {
 pub struct TrialRow {
     /// Name of the trial on the command line.
     pub name: &'static str,
-    /// Description of what the trial does.
+    /// Description of what the trial tries.
     pub tried: &'static str,
     /// Conditions that must hold for the trial to pass.
     pub required: &'static str,
@@ -215,7 +216,7 @@ pub(crate) fn run_options<'a>(
 pub struct TrialReport {
     /// Name of the trial.
     pub name: &'static str,
-    /// Description of what the trial did.
+    /// Description of what the trial tried.
     pub tried: &'static str,
     /// Conditions that had to hold for the trial to pass.
     pub required: &'static str,
@@ -255,7 +256,7 @@ impl fmt::Display for TrialReport {
 mod tests {
     use super::*;
 
-    /// Every kind of fault in the body of a trial fails it.
+    /// Tests that every kind of fault in the body of a trial fails it.
     #[test]
     fn faults_panics_and_endless_loops_fail() {
         let trial = |body| TrialRow::new("trial", body, "", "");

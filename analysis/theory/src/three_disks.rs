@@ -1,50 +1,57 @@
 //! First-order density corrections to Enskog's theory of hard disks, by Monte Carlo over the
 //! dynamics of three disks.
 //!
-//! Two disks that have just met stand in each other's way. A third disk that would have met one of
-//! them from behind cannot do so, or it meets the other first and sends it back to its partner.
+//! Two disks that have just collided shield each other. A third disk that would have hit one of
+//! them from behind cannot do so, or it hits the other first and sends it back to its partner.
 //!
-//! To first order in density only three disks matter: the third one is anywhere without an overlap,
-//! with a Maxwellian velocity. Such a cluster expansion is that of the velocity autocorrelation by
-//! R. Zwanzig, *Physical Review* **129**, 486 (1963), doi:10.1103/PhysRev.129.486. Here it is found
-//! by Monte Carlo: pairs that meet and third disks are drawn, and their collisions are followed.
-//! Diameter, mass and temperature are one; n is the number density `4 phi/pi`.
+//! To first order in density only three disks matter. The third one has a uniform position without
+//! overlap and a Maxwellian velocity. R. Zwanzig derived such a cluster expansion for the velocity
+//! autocorrelation, *Physical Review* **129**, 486 (1963), doi:10.1103/PhysRev.129.486. Monte Carlo
+//! evaluates the expansion: pairs and third disks are drawn at random, and their collisions are
+//! simulated. Diameter d, mass m and temperature T are one. The number density is `n = 4 phi/pi`
+//! for the packing fraction `phi`.
+//!
 //! # Bulk viscosity
 //!
-//! In Enskog's theory the collisional pressure has no memory: the rate of momentum transfer is that
-//! of the energy, which is conserved, so its fluctuations are those of independent collisions. With
-//! the transfer `q = (m/2) g d` of a collision of normal speed g,
+//! In Enskog's theory `zeta_E` the collisional pressure has no memory. Its rate of momentum
+//! transfer depends on the conserved energy alone, so it fluctuates by independent collisions. The
+//! transfer of a collision with normal speed g is `q = (m/2) g d`. At first order the slope of the
+//! Helfand moment at the lag t is
 //!
 //! ```text
 //! zeta(t) = zeta_E [1 + (2/<q²>) n ∫ dr_3 dv_3 f(v_3) <q (Q_123(t) - Q_13(t) - Q_23(t))>]
 //! ```
 //!
-//! is the slope of the Helfand moment at the lag t. The mean is over pairs that have just met.
-//! `Q_123` is what three disks transfer up to t after that, and `Q_13` and `Q_23` are what the
-//! third and one of the two would, the other being away. In the plane the integral grows as the
-//! logarithm of t for ever.
+//! The mean is over pairs that have just collided, with the transfer q. `Q_123` is the transfer of
+//! all later collisions of the three disks up to t. `Q_13` and `Q_23` are those of the third disk
+//! with one partner, as if the other were absent. In two dimensions the integral grows as the
+//! logarithm of t without a limit.
 //!
-//! Of N disks, two that have met do not meet again before they have mixed, though each pair has its
-//! share of the mean. That is `-pi omega t/N` of the bulk viscosity at a lag t: the transfer of a
-//! pair grows with its own squared relative speed, the mean of `q g²` is
-//! `(<g_n³> + <g_n> <g_t²>)/2 = 4 sqrt(pi)` of pairs that meet, that of all pairs 4, and `<q>` is
+//! In a box of N disks the relative change is smaller by `pi omega t/N`, for omega pair collisions
+//! per disk and time, and the lag t. A pair that has collided does not collide again before it has
+//! mixed, but the mean counts it like any other pair. The mean of `q g²` is `(<g_n³> + <g_n>
+//! <g_t²>)/2 = 4 sqrt(pi)` for colliding pairs. The mean of `g²` for all pairs is 4, and `<q>` is
 //! `sqrt(pi)/2`.
 //!
 //! # Impact parameters after equilibrium
 //!
-//! A gas in elastic equilibrium loses energy from t = 0 on. Its first collisions are chaos; later
-//! ones of the same three disks are not. In the collisions up to T the slope of P(b/d),
-//! `12 <b/d - 1/2>`, is n times the mean of `12 (b/d - 1/2)` over
+//! A gas in elastic equilibrium loses energy from t = 0 on. Its first collisions obey molecular
+//! chaos; later ones of the same three disks do not. P(b/d) is the distribution of the impact
+//! parameter b over the diameter. Its slope in the collisions up to the time T is `12 <b/d - 1/2>`.
+//! To first order it is n times the mean of `12 (b/d - 1/2)` over two kinds of collisions. Here
+//! `tau_i` is the time for which the third disk, traced backwards from the collision of the pair,
+//! flies before it touches partner i.
 //!
-//! - collisions of three disks a time u after the first one, which may happen at any time s as long
-//!   as the third meets none of the two before: backwards in time it is free for `s < tau`. The
-//!   share of s is `min(tau, T - u)/T`;
-//! - the first collisions themselves, where the third would have met both partners, each alone:
-//!   chaos takes such away twice. Their share is `1 - max(tau_1, tau_2)/T`.
+//! - Later collisions of the three disks, at a time u after the collision of the pair, have the
+//!   weight `min(tau_1, tau_2, T - u)/T`. It is the fraction of collision times of the pair before
+//!   which the third disk has met neither partner.
+//! - Collisions of the pair have the weight `1 - max(tau_1, tau_2)/T`, where the third disk would
+//!   have met both partners, each alone. Molecular chaos removes them twice.
 //!
-//! Without losses the sum is nothing, since equilibrium is chaos. Collisions of the third with one
-//! of the two alone are as uniform as chaos, and are subtracted to have less noise. Later on the
-//! third disk meets others, which this order leaves out: it holds for T up to the mean free time.
+//! Without energy loss the sum is zero, because an equilibrium gas obeys molecular chaos.
+//! Collisions of the third disk with one partner alone are also chaotic, and are subtracted to
+//! reduce the noise. The first order neglects further disks, so it holds for T up to the mean free
+//! time.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -342,7 +349,7 @@ pub fn onset(
 mod tests {
     use super::*;
 
-    /// Compares collisions of three disks in time order with those of small time steps.
+    /// Compares the collisions of three disks in time order with those found by small time steps.
     #[test]
     fn three_disks_move_as_disks_do() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(1);
@@ -379,7 +386,8 @@ mod tests {
         assert!(found >= 294, "{found} of {all} agree");
     }
 
-    /// Pairs that meet have <q²> = 1 and uniform impact parameters, and conserve their momentum.
+    /// Tests that drawn pairs have `<q²>` = 1 and uniform impact parameters, and conserve their
+    /// momentum.
     #[test]
     fn pairs_are_those_of_chaos() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(2);
@@ -399,9 +407,8 @@ mod tests {
         assert!(slope.abs() < 4.4 * 0.017, "{slope}");
     }
 
-    /// Equilibrium is chaos, though each part of the sum is not: without losses the slope is zero,
-    /// within z = 4.4 errors. With losses grazing collisions are in excess. Disks in each other's
-    /// way lower the bulk viscosity.
+    /// Tests that the slope of P(b/d) is zero without losses, within 4.4 standard errors. With
+    /// losses grazing collisions are in excess, and the bulk viscosity falls.
     #[test]
     fn equilibrium_is_chaos_and_losses_are_not() {
         let (elastic, lossy) = onset(&[0.8, 0.5], 1.0, 400_000, 3);

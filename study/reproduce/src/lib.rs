@@ -1,22 +1,22 @@
 //! Reproduction of papers: the cases of their figures, and a verdict on each of their claims.
 //!
 //! A paper is data ([`stosszahl_case::paper`]): runs of cases, figures, and claims. Each claim
-//! names a number of a table, and the paper's value or bound.
+//! names a number in a result table, and the paper's value or bound.
 //!
 //! - [`Reproduction::new`] reads the cases and finds every run, point, table and column in advance.
 //! - [`Reproduction::run_cases`] runs all unfinished cases, one folder for each run.
-//! - [`Reproduction::judge`] reads the numbers and judges them by [`stosszahl_study::judge`]. All
-//!   claims of a paper share its chance of a false alarm (Bonferroni), also where only one figure
-//!   is requested.
-//! - [`Reproduction::write`] writes `claims.csv` and a page.
+//! - [`Reproduction::judge`] reads the numbers and compares them with the claims by
+//!   [`stosszahl_study::judge`]. All claims of a paper share its family-wise error rate
+//!   (Bonferroni), even if only one figure is requested.
+//! - [`Reproduction::write`] writes `claims.csv` and the HTML page.
 //!
-//! | module  | owns                                          |
-//! |---------|-----------------------------------------------|
-//! | `plan`  | which runs and claims there are, and their checks |
-//! | `cases` | the cases of a paper, with what it sets     |
-//! | `find`  | numbers in the tables of finished runs        |
-//! | `folder`| the folder of a paper                         |
-//! | `judged`| claims with their verdicts, as table and page |
+//! | module  | content                                           |
+//! |---------|---------------------------------------------------|
+//! | `plan`  | selection and checks of runs and claims           |
+//! | `cases` | cases of a paper with the keys that the paper sets |
+//! | `find`  | lookup of numbers in the tables of finished runs  |
+//! | `folder`| output folder of a paper                          |
+//! | `judged`| claims with their verdicts, as table and page     |
 
 mod cases;
 mod find;

@@ -1,15 +1,15 @@
 //! Choice of simulators and time step of the Monte Carlo engines for a requested accuracy, by short
 //! pilot runs (`[accuracy] target`).
 //!
-//! The pilot is a small box of the gas, too small for growing shear waves, run to `t_0`. There
-//! theory is exact: Haff's law with the relaxation of a2 for the energy of a cooling gas, Enskog's
-//! rate for the collisions of an elastic one. For each engine, simulators per disk are doubled
-//! until the energy (or rate) is surely within the target; then steps are halved while it stays so.
-//! Runs have fixed seeds, and the choice follows from their values and from the order of the work
-//! alone, so it does not depend on the machine.
+//! The pilot is a box of the gas that is too small for growing shear waves, run to `t_0`. Theory is
+//! exact there: Haff's law with the relaxation of a2 for the energy of a cooling gas, Enskog's
+//! collision rate for an elastic one. For each engine, simulators per disk are doubled until the
+//! energy (or rate) is surely within the target. The number of time steps is then halved while this
+//! holds. Runs have fixed seeds and a fixed order of work, so the choice does not depend on the
+//! machine.
 //!
-//! The bound is on the error of the scheme against Enskog's theory, not on the difference to exact
-//! disks, which violate molecular chaos.
+//! The target bounds the error of the scheme against Enskog's theory. The difference to exact
+//! disks, which violate molecular chaos, is not included.
 
 use rayon::prelude::*;
 use stosszahl_analysis::accuracy::{Known, SettingAccuracy};

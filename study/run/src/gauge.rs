@@ -1,9 +1,9 @@
-//! Progress estimate: the fraction of a run's work that is done, in units of time.
+//! Progress estimate: the fraction of a run's work that is done, measured in computing time.
 //!
-//! A replica has parts: its start and its engines, one of which may take a hundred times longer
-//! than another. The expected time of a part is its time so far over its fraction done. For parts
-//! that have not begun it is that of the same part in other replicas; before any is known, the
-//! estimate of the plan scaled by the measured parts.
+//! The parts of a replica are its start and its engines, one of which may take a hundred times
+//! longer than another. The expected time of a part is its time so far over its fraction done. A
+//! part that has not begun is expected to take as long as the same part of other replicas. Before
+//! any measurement, the planned times are scaled by those of the measured parts.
 
 use std::time::{Duration, Instant};
 

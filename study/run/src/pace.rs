@@ -1,11 +1,11 @@
-//! Measured runtime estimate: each engine runs for a moment from its start, and its progress there
-//! is a known fraction of the whole run.
+//! Measured runtime estimate: each engine runs for a short time slice from its start, which is a
+//! known fraction of the whole run.
 //!
-//! The fraction is that of the collisions that theory expects, which is also that of the time
-//! steps, whose length follows the gas. The time of samples is measured separately, once, because
-//! some take longer than the moment. Companion gases of measures are not run: their collisions take
-//! as long as those of the engine. Engines run side by side as in a run, since they share the
-//! memory and caches of the machine.
+//! The fraction is that of the collisions that theory expects. It is also that of the time steps,
+//! whose length follows the gas. The time of samples is measured separately, once, because a sample
+//! may take longer than the time slice. Companion gases of measurements are not run, as their
+//! collisions take as long as those of the engine. Engines run in parallel as in a real run,
+//! because they share memory and caches of the machine.
 
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread;
@@ -286,7 +286,7 @@ mod tests {
     use crate::measure::{Measure, Probe, SampleProbe, described};
     use crate::plan::EnginePlan;
 
-    /// Measure whose first sample takes longer than the time slice of the engine.
+    /// Measurement for a test, whose first sample takes longer than the engine's time slice.
     struct Slow;
 
     const GIVEN: Duration = Duration::from_millis(20);
@@ -303,7 +303,7 @@ mod tests {
         }
     }
 
-    /// However long the first sample takes, the engine runs for its time slice: nothing is guessed.
+    /// Tests that the engine runs for its full time slice, however long the first sample takes.
     #[test]
     fn a_long_look_at_the_start_leaves_the_engine_its_time() {
         let text = "format = 2\ntitle = \"slow\"\n[gas]\nnumber = 100\nrestitution = 1\n[box]\npacking_fraction = 0.1\n\

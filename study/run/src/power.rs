@@ -11,7 +11,7 @@ pub const FOUND: f64 = 0.9;
 /// Expected spread of one tested quantity over replicas, and the difference to detect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplicaSpread {
-    /// Tested quantity, such as "energy, one engine against another".
+    /// Name of the tested quantity, such as "energy, one engine against another".
     pub quantity: String,
     /// Standard deviation of the quantity between single replicas.
     pub of_one: f64,

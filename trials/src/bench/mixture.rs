@@ -21,8 +21,8 @@ pub struct BenchMixture {
     /// Number of monomers; there are k^-3 times as many spheres of mass k.
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub monomers: u32,
-    /// Rounding of the numbers of particles: down (100 sizes for a million monomers) or to the
-    /// nearest (125 sizes).
+    /// Rounding of the numbers of spheres of each mass: down (100 sizes for a million monomers) or
+    /// to the nearest (125 sizes).
     #[arg(long, value_enum, default_value_t = CountRounding::Down)]
     pub counts: CountRounding,
     /// Coefficient of restitution of the spheres.

@@ -14,7 +14,7 @@ use crate::gas::{PLAIN, SmoothParticles, UNIT, particles, random, warm};
 /// Options of `stosszahl-trials bench dsmc`, the benchmark of Monte Carlo in cells.
 #[derive(Clone, Debug, Args)]
 pub struct BenchDsmc {
-    /// Disks in the plane (2) or spheres in space (3).
+    /// Dimension of space: disks in the plane (2) or spheres in space (3).
     #[arg(long, value_name = "D", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
     pub dimension: u8,
     /// Approximate number of simulators: all cells are filled equally.

@@ -1,9 +1,9 @@
 //! Calibration of the verdicts *agree* and *differ* at true differences of zero, half a margin, one
 //! margin and two.
 //!
-//! Replicas are drawn with replacement from a stored pool of real gases: two draws from one pool do
-//! not differ, whatever the distribution is. A known difference is then planted on them. Profiles
-//! are drawn from normal distributions, as means over blocks of time.
+//! Replicas are drawn with replacement from stored real gases. Two samples of one pool do not
+//! differ, whatever their distribution. A known difference is then planted on one sample. Profiles
+//! are drawn from normal distributions, as means over time blocks.
 
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;

@@ -3,24 +3,24 @@
 /// First line of a generated documentation block: name, commit, date and statistics versions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {
-    /// Name of the documentation block.
+    /// Name of the generated documentation block.
     pub name: String,
-    /// Commit of the program that made the runs.
+    /// Commit of the program whose runs the block shows.
     pub commit: String,
     /// Date of the commit.
     pub date: String,
     /// Statistics version of each engine whose results the block shows.
     pub statistics: Vec<(String, u32)>,
-    /// Cases whose results were typed in; `None` where a command makes the block.
+    /// Source of hand-typed results: their cases; `None` for a block that a command generates.
     pub typed: Option<String>,
 }
 
-/// Generated part of a Markdown page, between its two comments.
+/// Generated block of a Markdown page, between two HTML comments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageBlock {
-    /// First line of the block.
+    /// First line of the block, parsed.
     pub head: Head,
-    /// Text between the first and the last line.
+    /// Text of the block between its first and its last line.
     pub text: String,
 }
 

@@ -21,7 +21,7 @@ pub const ROWS_OF_A_PAGE: usize = 30;
 /// Generated Markdown text and files of a documentation block.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Made {
-    /// Markdown text of the block, as it stands on the documentation page.
+    /// Markdown text of the block, as on its documentation page.
     pub text: String,
     /// Generated pictures and tables of the block: path relative to the repository root, and
     /// content.
@@ -37,7 +37,7 @@ impl From<String> for Made {
 
 /// Generator of the text and the files of a documentation block from the results of a run.
 pub enum DataMaker {
-    /// Function that makes the text and the files of a block from a finished run.
+    /// Function that generates the text and the files of a block from a finished run.
     Text(fn(&FinishedPoints) -> Result<Made, TrialError>),
     /// Function that creates a table, written to `docs/data/NAME.csv`, and a function of the table
     /// for the text.
@@ -51,7 +51,7 @@ pub enum DataMaker {
 
 /// File table of a documentation block, with the text derived from it.
 pub struct DataTable {
-    /// Function that creates the table without rows.
+    /// Function that creates the table with columns and without rows.
     pub columns: fn() -> Table,
     /// Function that formats the text on the page from the table and the link to its file.
     pub summary: fn(&Table, &str) -> Result<String, TrialError>,

@@ -15,7 +15,7 @@ use crate::TrialError;
 
 /// Generated block of the documentation: its page, its runs and its generator.
 pub struct DocsEntry {
-    /// Name of the documentation block.
+    /// Name of the documentation block, unique in the documentation.
     pub name: &'static str,
     /// Path of the block's page, relative to the repository root.
     pub file: &'static str,

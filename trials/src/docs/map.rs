@@ -1,12 +1,13 @@
-//! The map of broken chaos: deviation of exact disks from molecular chaos, by packing and
+//! Map of broken molecular chaos: deviations of exact disks from chaos, by packing fraction and
 //! restitution.
 //!
-//! In a box narrower than the critical length the gas stays uniform, so that only the correlation
-//! of few particles is left. Each point has two such boxes, which shows the effect of the box. The
-//! cooling rate is relative to that of chaos at the squared speed of the colliding pairs, because
-//! thermal shear waves lower that speed, the more the wider the box is. It is also relative to that
-//! of N elastic disks ([`of_few`]). Chaos stands for the homogeneous cooling state of Enskog's
-//! equation, whose velocities are not Maxwellian ([`CoolingFactors`]).
+//! In a box narrower than the critical length the gas stays uniform, so only the correlation of few
+//! particles remains. Each point of the map has two such boxes, which shows the effect of the box
+//! size. The cooling rate is relative to that of molecular chaos at the mean squared speed of the
+//! colliding pairs. Thermal shear waves lower this speed, and more so in wider boxes. The cooling
+//! rate is also relative to that of N elastic disks ([`of_few`]). Molecular chaos stands for the
+//! homogeneous cooling state of Enskog's equation, whose velocities are not Maxwellian
+//! ([`CoolingFactors`]).
 
 use std::f64::consts::PI;
 
@@ -23,8 +24,8 @@ use crate::TrialError;
 
 /// Path of the page of the map of broken molecular chaos, relative to the repository root.
 pub(super) const PAGE: &str = "docs/map.md";
-/// Sonine orders of the velocities under chaos: two more change a cooling rate by 5e-4 at r = 0.5,
-/// where the series converges worst.
+/// Sonine orders of the velocity distribution under molecular chaos. Two more change a cooling rate
+/// by 5e-4 at r = 0.5, where the series converges worst.
 const ORDERS: usize = 8;
 /// Number of standard errors beyond which the results of two box sizes disagree.
 const APART: f64 = 3.0;
@@ -390,12 +391,13 @@ mod tests {
     use super::*;
     use crate::gas::{EqualDisks, UNIT, law, particles, without_positions};
 
-    /// Number of disks without positions.
+    /// Number of disks of the gas without positions that tests the map.
     const DISKS: usize = 20_000;
 
-    /// Collision rate and squared speed of pairs over those of Maxwellian velocities, of disks that
-    /// cool without positions from 40 to 60 collisions of each. The rate is the number of
-    /// collisions over the integral of the root of the temperature, by the trapezoidal rule.
+    /// Simulates disks that cool without positions, and returns collision rate and squared speed of
+    /// pairs over those of Maxwellian velocities. The window is 40 to 60 collisions per disk. The
+    /// rate is the number of collisions over the integral of the square root of the temperature, by
+    /// the trapezoidal rule.
     fn factors_of_a_gas(restitution: f64, seed: u64) -> [f64; 2] {
         let scene: EqualDisks = particles(law(restitution).expect("a law"), UNIT);
         let extent = (DISKS as f64, DISKS);
@@ -428,9 +430,10 @@ mod tests {
         ]
     }
 
-    /// Disks without positions, whose collisions are chaotic by construction. Five standard errors
-    /// of eight gases, which one true mean in 600 exceeds; those of the rate at the speed of pairs
-    /// must be small enough to see its difference to Maxwellian velocities.
+    /// Tests the theory of chaotic cooling on disks without positions, whose collisions are chaotic
+    /// by construction. The tolerance is five standard errors of eight gases, which one true mean
+    /// in 600 exceeds. Errors must be small enough to resolve the difference to Maxwellian
+    /// velocities.
     #[test]
     fn chaos_is_a_cooling_gas_without_positions() {
         for restitution in [0.5, 0.9] {
@@ -465,9 +468,9 @@ mod tests {
         assert_eq!(of_boxes([of(1.0), of(1.05)]), "1.0000 … 1.0500");
     }
 
-    /// Collision rate of N disks in a dilute gas, `1 - 5/(8 N)`: N (N - 1)/2 pairs are 1 - 1/N of
-    /// those of very many disks, and Maxwellian speeds at a given squared speed of pairs add 3/(8
-    /// N).
+    /// Tests the collision rate of N disks in a dilute gas, `1 - 5/(8 N)` of that of many disks.
+    /// The N (N - 1)/2 pairs reduce it by 1/N, and speeds at a fixed squared speed of pairs add
+    /// 3/(8 N).
     #[test]
     fn few_disks_collide_less_often() {
         for disks in [1e3, 1e4] {

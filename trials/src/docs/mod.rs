@@ -1,16 +1,15 @@
 //! Generated results in README and `docs/`: blocks of Markdown, pictures and tables, each from
 //! named runs of a named commit.
 //!
-//! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and
-//! `<!-- end of NAME -->`. [`ENTRIES`] says for each what it runs and how its tables become text.
-//! With `--check` cheap entries are made again and compared number by number within their errors
-//! (`compare`). Of costly ones the statistics versions of the engines are compared: the block is
-//! refused once an engine that it rests on gives other means. The same holds of blocks that no
-//! entry makes, whose first line says from which cases their numbers were typed in. A block that
-//! shows nothing yet is named but is no fault.
+//! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and `<!--
+//! end of NAME -->`. [`ENTRIES`] lists its runs and the functions that format its tables. With
+//! `--check` cheap blocks are regenerated and compared number by number within their standard
+//! errors (`compare`). Costly blocks are checked by statistics versions: a block fails once an
+//! engine behind it has a newer version. Hand-typed blocks are checked in the same way; their first
+//! line names the cases of their numbers. An empty block is reported but is no fault.
 //!
-//! A long table is a file `docs/data/NAME.csv`. The block then has counts, what differs and a link
-//! ([`DataTable`]). A check makes that text again from the file.
+//! A long table is a file `docs/data/NAME.csv`. The block then shows counts, deviating rows and a
+//! link ([`DataTable`]). A check regenerates this text from the file.
 
 mod accuracy;
 mod block;

@@ -434,7 +434,8 @@ fn fastest<P: Planar>(state: &State<P>) -> f64 {
     speeds.fold(0.0, f64::max)
 }
 
-/// Returns the time of the next collision and the pair whose velocities it changes.
+/// Advances exact disks by one collision. Returns its time and the pair whose velocities it
+/// changes.
 fn next_pair<P: Planar>(
     engine: &mut EventDrivenEngine<P>,
     before: &State<P>,

@@ -1,9 +1,9 @@
 //! Hard cases of all engines, the tests of `stosszahl-trials stress`: collapse, close packing,
 //! extreme numbers, restarts.
 //!
-//! A trial says what it tries and what must hold, and finds out. Tolerances are stated where they
-//! are used; those that several trials share are constants of the modules `gas` and `schemes`, with
-//! their origin. Trials also cut their runs at random moments and continue them from serialised
+//! Each trial states what it tries and what must hold, and tests it. Tolerances are stated where
+//! they are used. Those that several trials share are constants of the modules `gas` and `schemes`,
+//! with their origin. Trials also cut their runs at random times and continue them from serialised
 //! checkpoints.
 //!
 //! ```

@@ -1,9 +1,10 @@
 //! Test of the pair correlation at contact: g(d+) from the flux of colliding pairs, against the
 //! collision rate and Enskog's theory.
 //!
-//! Claimed are the contact value of elastic disks, and under molecular chaos the factor (1 + r)/(2
-//! r) over that of the collision rate. Of exact inelastic disks both are measured: partners that
-//! are about to collide approach more slowly than the temperature says, so that the flux is higher.
+//! Claims concern the contact value of elastic disks. Under molecular chaos they also concern the
+//! ratio of the flux to the collision rate, `(1 + r)/(2 r)` for the restitution r. For exact
+//! inelastic disks both are only measured. Partners about to collide approach more slowly than the
+//! temperature suggests, so their flux is higher.
 
 use stosszahl_analysis::contact_value::{ContactFlux, number_of_pairs, separation_factor};
 use stosszahl_analysis::replicas::ratio_of_means;
@@ -28,7 +29,7 @@ const SIMULATORS: u32 = 16;
 /// Gas of unit disks in which the pair correlation at contact is measured.
 #[derive(Clone, Copy, Debug)]
 pub struct UnitDiskGas {
-    /// Number of disks in the gas.
+    /// Number of disks in the gas for the contact value.
     pub disks: usize,
     /// Packing fraction of the gas.
     pub packing: f64,

@@ -1,13 +1,13 @@
 //! Convergence test of Monte Carlo schemes: limits of vanishing simulator weight, cell size and
 //! time step, and the order of the errors.
 //!
-//! 48 disks at packing 0.25 in a box of 12.3 d, where no shear mode grows: the elastic collision
-//! rate over Enskog's, the energy at `t_0` of the cooling gas with r = 0.8 over Haff's law, and its
-//! a2 at `3 t_0`. Weights are swept in cells of two diameters; cells and steps at many simulators
-//! for each disk, so that the few that a small cell holds are still many.
+//! The gas has 48 disks at packing 0.25 in a box of 12.3 d, where no shear mode grows. Measured are
+//! the elastic collision rate over Enskog's, the energy of the cooling gas with r = 0.8 at `t_0`
+//! over Haff's law, and its a2 at `3 t_0`. Weights vary in cells of two diameters. Cells and steps
+//! vary with many simulators per disk, so that a small cell still holds many.
 //!
-//! The rate of N simulators of momentum zero is divided by `sqrt(1 - 1/N)`: N (N - 1) pairs, each
-//! sqrt(N/(N - 1)) faster than that of free ones.
+//! The rate of N simulators with zero total momentum is divided by `sqrt(1 - 1/N)`. Of N (N - 1)
+//! pairs each is faster by sqrt(N/(N - 1)) than a pair of free simulators.
 
 use stosszahl_analysis::fit::{self, FitPoint};
 use stosszahl_analysis::relaxation::unbiased_cumulant;

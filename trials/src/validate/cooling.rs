@@ -1,11 +1,11 @@
 //! Test of homogeneous cooling against Haff's law, in a box too small for growing shear modes.
 //!
-//! r = 0.8 at packing 0.25, where shear modes grow in boxes of more than 17.3 d: 48 disks in a box
-//! of 12.3 d. So few have effects of their own: shear modes below the threshold hold more than
-//! their thermal share, which is 1/N of all, and a pair of N with momentum zero is faster than two
-//! free ones. All go with 1/N, the number of simulators: with 64 for each disk they are below a
-//! thousandth. With one for each disk the gas is compared with exact dynamics of 48 disks, which
-//! has them too.
+//! The gas has 48 disks with r = 0.8 at packing 0.25, in a box of 12.3 d. Shear modes grow in boxes
+//! wider than 17.3 d. Few particles have effects of their own. Shear modes below the threshold hold
+//! more than their thermal share of the energy, 1/N. A pair of N particles with zero total momentum
+//! is faster than two free ones. Both effects scale as 1/N with the number N of simulators, and are
+//! below a thousandth with 64 per disk. With one simulator per disk the gas is compared with exact
+//! dynamics of 48 disks, which has the same effects.
 
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_model::{kinetic, transport};

@@ -1,11 +1,11 @@
 //! Test of elastic gases against Enskog's theory: collision rate, pressure, diffusion, viscosity,
 //! thermal noise, compressibility.
 //!
-//! Starts are disordered gases under exact dynamics for some elastic collisions of each disk; the
-//! scheme then relaxes to its own structure before anything is measured. Rates and noise follow
-//! within a few collisions of each disk: 20 are given. Density modes forget theirs by sound
-//! damping, at a rate of at least `nu k²`, so S(k) is taken only from [`SLOWEST`] on and relaxes
-//! for three of these times.
+//! Initial states are gases equilibrated by exact elastic collisions. Each scheme then relaxes to
+//! its own structure before the measurement. Rates and noise relax within a few collisions per
+//! disk; 20 are given. Density modes relax by sound damping, at a rate of at least `nu k²` for the
+//! kinematic viscosity `nu`. S(k) is therefore taken only from [`SLOWEST`] on, after three
+//! relaxation times.
 
 use nalgebra::Vector2;
 use stosszahl_analysis::fit::{self, FitPoint};
@@ -59,9 +59,9 @@ const BETWEEN: f64 = 5.0;
 /// Velocity amplitude of a started shear wave over the thermal velocity: each of two waves has half
 /// a percent of T as energy.
 const WAVE: f64 = 0.15;
-/// Number of time steps in the regression of the shear-wave decay.
+/// Number of time intervals in the regression of the shear-wave decay.
 const STEPS: u32 = 6;
-/// Time step of the shear-wave regression, over the theoretical decay time to 1/e.
+/// Time interval of the shear-wave regression, over the theoretical decay time to 1/e.
 const STEP: f64 = 0.4;
 
 /// Measured results of one elastic gas: rate, pressure, diffusion, mode energies, compressibility

@@ -23,7 +23,7 @@ const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4
 const DISKS: usize = 10_000;
 
 /// Measures the compressibility factor Z of elastic disks from the virial, and the collision rate
-/// over `4 (Z - 1)/√π`, the rate that follows from Z. Errors are those of ten blocks of collisions.
+/// over `4 (Z - 1)/√π`, its value by Z. Standard errors are those of ten blocks of collisions.
 fn equation_of_state(packing: f64, collisions: u64) -> Result<[Estimate; 2], TrialError> {
     let mut now = start(DISKS, packing, 2, 20.0)?;
     let (mut factors, mut quotients) = (Vec::new(), Vec::new());

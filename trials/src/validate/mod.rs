@@ -1,17 +1,17 @@
 //! Validation of the engines: claims about accuracy, measured over replicas, with error bars and
 //! verdicts.
 //!
-//! `stosszahl-trials validate` measures everything that is claimed, as one table. A part is left
-//! out only by name or when the time is up, and both are said. Rows are printed as they come and
-//! the table is written after each part, so that a run that is stopped leaves what it had. The end
-//! is `pass` only if every claim of every part passed.
+//! `stosszahl-trials validate` measures all claims, as one table. A part is missing only if others
+//! are named or the time is up, and the output states this. Rows are printed as they come, and the
+//! table is written after each part, so an interrupted validation keeps finished parts. The last
+//! line is `pass` only if every claim of every part holds.
 //!
 //! `stosszahl-trials validate dsmc` measures the Monte Carlo schemes against kinetic theory and
 //! against exact dynamics. The schemes and their claims are data, [`schemes::METHODS`].
 //!
-//! A claim passes if the value is within its tolerance and its standard error at most half of that;
-//! it is unresolved if the error is wider. Starts and streams are addressed by fixed seeds, so the
-//! table is the same in every run, whatever the number of threads.
+//! A claim passes if the value is within its tolerance and its standard error at most half of the
+//! tolerance. It is unresolved if the error is wider. Initial states and random streams have fixed
+//! seeds, so the table is the same in every run, with any number of threads.
 
 mod bulk;
 pub mod contact;
@@ -56,7 +56,7 @@ pub struct ValidateAll {
     /// Validate with few and small gases, in about five minutes.
     #[arg(long)]
     pub quick: bool,
-    /// Begin no further part after this time: 90s, 5m or 1h [default: none].
+    /// Time after which no further part of the validation begins: 90s, 5m or 1h \[default: none].
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub budget: Option<Duration>,
     /// Markdown page to write, with the table data/validation.csv next to it; both are complete
@@ -74,8 +74,8 @@ pub struct ValidateDsmc {
     /// Monte Carlo scheme to validate alone; may be repeated \[default: all].
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub scheme: Vec<String>,
-    /// Few and small gases: errors are too wide for most verdicts, and unresolved claims do not
-    /// fail.
+    /// Validate with few and small gases: errors are too wide for most verdicts, and unresolved
+    /// claims do not fail.
     #[arg(long)]
     pub quick: bool,
     /// Folder for the written tables validation.csv and validation.md.

@@ -24,7 +24,7 @@ pub enum SchemeQuantity {
     Longitudinal,
     /// Structure factor S(k → 0) of an elastic gas, over the compressibility of hard disks.
     Compressibility,
-    /// Energy of the homogeneously cooling gas over Haff's law.
+    /// Kinetic energy of the homogeneously cooling gas, over Haff's law.
     Cooling,
     /// Fourth cumulant a2 of the velocities of the homogeneously cooling gas.
     Cumulant,

@@ -58,8 +58,8 @@ fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, TrialError> {
     Ok(found)
 }
 
-/// Tests cooling in the plane or in space against the kinetic equations, from a Maxwellian start: K
-/// and collisions to 0.5 %, and a2 to 0.003.
+/// Tests cooling without positions in two or three dimensions against the kinetic equations, from a
+/// Maxwellian start. Energy and collisions must agree to 0.5 %, a2 to 0.003.
 fn cooling<S: Space>(log: &mut TrialLog) -> Done {
     let began = Instant::now();
     let seeds = if log.effort.quick { 24 } else { 100 };
@@ -85,9 +85,10 @@ fn cooling<S: Space>(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Tests cooling of equal disks and equal spheres, and Table I of Bodrova & Osinsky (2024): 1.2·10⁶
-/// spheres of 125 sizes, restitution 0.5, to t = 100. Published are 12.0727 and 12.0678 million
-/// collisions and energies of 1.233e4 and 1.235e4 (with their exponent corrected).
+/// Tests cooling of equal disks and equal spheres without positions, and Table I of Bodrova &
+/// Osinsky (2024). The table has 1.2·10⁶ spheres of 125 sizes with restitution 0.5, to t = 100.
+/// Published are 12.0727 and 12.0678 million collisions and energies of 1.233e4 and 1.235e4 (with
+/// their exponent corrected).
 pub(super) fn test_spheres(log: &mut TrialLog) -> Done {
     cooling::<Plane>(log)?;
     cooling::<Volume>(log)?;

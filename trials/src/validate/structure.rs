@@ -1,9 +1,9 @@
 //! Test of the structure factor S(k) of elastic disks of packing 0.25 at finite wave numbers: Monte
 //! Carlo against exact dynamics.
 //!
-//! Both start from the same states of exact disks, of which several simulators for each disk are
-//! moved and turned copies. Waves forget their start by viscous damping, of which `k d = 0.2` has
-//! 1/e in 40 collisions of a disk.
+//! Both methods start from the same states of exact disks. In Monte Carlo, the simulators of a disk
+//! are displaced and rotated copies of it. Density waves lose the memory of the start by viscous
+//! damping. At `k d = 0.2` they fall to 1/e in 40 collisions per disk.
 
 use stosszahl_analysis::modes::Modes;
 use stosszahl_analysis::statistics::Estimate;

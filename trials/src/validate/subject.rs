@@ -1,9 +1,9 @@
 //! Trait of a simulation method under validation, and the claims about its elastic and cooling
 //! gases.
 //!
-//! A [`CollisionMethod`] follows a gas of equal disks and returns its temperature, its a2 and its
-//! collisions. The claims know nothing else of it, so that a method with a planted fault can be put
-//! in its place: the tests of the validator do that.
+//! A [`CollisionMethod`] simulates a gas of equal disks and returns its temperature, its a2 and its
+//! collisions. The claims use nothing else of the method. Tests of the validation therefore replace
+//! it by a method with a planted fault.
 
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::statistics::Estimate;
@@ -28,7 +28,7 @@ const BINS: usize = 20;
 pub struct ObservedGas {
     /// Number of disks of the gas.
     pub disks: usize,
-    /// Packing fraction of the gas.
+    /// Packing fraction of the gas under validation.
     pub packing: f64,
     /// Coefficient of restitution of the gas.
     pub restitution: f64,
@@ -161,9 +161,9 @@ impl CollisionMethod for ContactPoint {
 /// Number of disks and of seeds in the gases that test a method's claims.
 #[derive(Clone, Copy, Debug)]
 pub struct ClaimEffort {
-    /// Number of disks and of seeds of the elastic gas.
+    /// Number of disks and number of seeds of the elastic gas.
     pub elastic: (usize, u64),
-    /// Number of disks and of seeds of the cooling gas.
+    /// Number of disks and number of seeds of the cooling gas.
     pub cooling: (usize, u64),
 }
 

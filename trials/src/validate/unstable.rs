@@ -1,11 +1,12 @@
 //! Test of the growth of shear modes in a large cooling gas, against linear theory and exact
 //! dynamics.
 //!
-//! 10⁴ disks, r = 0.8, packing 0.25: a box of 177 d, in which modes of up to ten waves grow. Weak
-//! waves are set going along both axes and followed over `l = ln(1 + t/t_0)`, in which theory has
-//! them grow over the thermal speed by a constant exponent, `1 - (k/k_c)²`. The thermal speed is
-//! that of Haff's law: the measured one contains the growing modes. The other modes have only the
-//! noise of the start: their energies are compared with those of fluctuating hydrodynamics.
+//! The gas has 10⁴ disks with r = 0.8 at packing 0.25, in a box of 177 d, in which modes of up to
+//! ten wavelengths grow. Weak waves are started along both axes. In `l = ln(1 + t/t_0)`, linear
+//! theory predicts their growth over the thermal speed with the constant exponent `1 - (k/k_c)²`.
+//! The thermal speed is that of Haff's law, because the measured one contains the growing modes.
+//! All other modes grow from the initial noise. Their energies are compared with those of
+//! fluctuating hydrodynamics.
 
 use stosszahl_analysis::modes::Amplitude;
 use stosszahl_analysis::relaxation::decay_rate;

@@ -1,20 +1,25 @@
-//! The error budget of a run: each source of error with what was measured of it, an estimate, and a mark.
+//! Error budget of a run: each source of error with its measured value, an estimate of the relative
+//! error, and a severity.
 //!
-//! Estimates are rough, for a reader who must decide which choice to refine next; `stosszahl frontier` measures errors. Where they
-//! come from:
+//! Estimates are rough and show which numerical choice to refine next; `stosszahl frontier`
+//! measures errors. They have the following origin:
 //!
-//! - *cell*: a collision in a cell of width h carries momentum across it, which raises the viscosity by 16/(45 π) (h/λ)²
-//!   for the mean free path λ (F. J. Alexander, A. L. Garcia & B. J. Alder, Phys. Fluids 10, 1540 (1998),
-//!   doi:10.1063/1.869674, for spheres);
-//! - *time step*: flights are cut into steps. The Green-Kubo integral of a stress that relaxes at the rate ν = nT/η is then a
-//!   sum by the trapezoidal rule, which raises the viscosity by (ν Δt)²/12: π/48 (v Δt/λ)² for disks with v = √(2T/m), and
-//!   16/(75 π) for spheres (N. G. Hadjiconstantinou, Phys. Fluids 12, 2634 (2000)). Where partners are displaced, one that
-//!   collides again in the same step gives momentum back: about half a collision per step of it;
-//! - *few simulators*: the rate of displaced cells errs by a third over the number in a cell, measured at packing 0.25 and
-//!   restitution 0.8; K at `t_0` with partners around the point of contact by [`Parameters::excess_of_repeated_pairs`];
-//! - *limit*, *contact time*: the share of collisions that are not what they should be, twice that for the energy of a gas
-//!   that cools at a rate that is wrong by it;
-//! - *majorant*, *separation* across cells: no estimate, and a mark by the size of what was measured;
+//! - *cell*: a collision in a cell of width h carries momentum across the cell. This raises the
+//!   viscosity by 16/(45 π) (h/λ)² for the mean free path λ (F. J. Alexander, A. L. Garcia & B. J.
+//!   Alder, Phys. Fluids 10, 1540 (1998), doi:10.1063/1.869674, for spheres);
+//! - *time step*: flights are cut into steps of length Δt. The Green-Kubo integral of a stress that
+//!   relaxes at the rate ν = nT/η is then a sum by the trapezoidal rule. This raises the viscosity
+//!   η by (ν Δt)²/12: π/48 (v Δt/λ)² for disks with v = √(2T/m), and 16/(75 π) (v Δt/λ)² for
+//!   spheres (N. G. Hadjiconstantinou, Phys. Fluids 12, 2634 (2000)). A displaced partner that
+//!   collides again in the same step gives momentum back. The relative error is about half the
+//!   number of collisions per simulator and step;
+//! - *few simulators*: with displaced cells, the relative error of the collision rate is a third
+//!   over the number of simulators in a cell, measured at packing 0.25 and restitution 0.8. With
+//!   partners around the contact point, the error of K at `t_0` is
+//!   [`Parameters::excess_of_repeated_pairs`];
+//! - *limit*, *contact time*: the fraction of wrong collisions, and twice this for the energy of a
+//!   cooling gas;
+//! - *majorant*, *separation* across cells: no estimate, and a severity by the measured value;
 //! - *replicas*: the standard error of the last energy.
 
 use std::f64::consts::PI;
@@ -41,11 +46,11 @@ const CELL: f64 = 16.0 / (45.0 * PI);
 /// Severity of a source of error: green, amber or red, by its estimated relative error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Estimated relative error up to 1 %.
+    /// Green severity: estimated relative error up to 1 %.
     Green,
-    /// Estimated relative error above 1 %, up to 5 %.
+    /// Amber severity: estimated relative error above 1 %, up to 5 %.
     Amber,
-    /// Estimated relative error above 5 %, or unknown.
+    /// Red severity: estimated relative error above 5 %, or unknown.
     Red,
 }
 

@@ -1,10 +1,11 @@
 //! Estimated memory and computing time of a case. Times are rough guides. Memory is the measured
 //! peak of the process within a factor of 1.3 in the cases of `tests/program/memory.rs`.
 //!
-//! The peak of an engine comes when probes sample all particles, when one of them processes its
-//! sample, or when a checkpoint is written. Then there are the gas, the records of its probes, and
-//! both again as bytes, which go straight into the file. Records stay until the tables are made.
-//! Large figures can take more than all of that when the report is made, after the run.
+//! The memory of an engine peaks when a measurement samples all particles or processes its sample,
+//! or when a checkpoint is written. The process then holds the gas, the records of its
+//! measurements, and both again as bytes on their way to the file. Records stay until the result
+//! tables are made. Large figures can take more memory than this after the run, when the report is
+//! made.
 
 use std::thread;
 

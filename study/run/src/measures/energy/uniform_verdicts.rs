@@ -140,7 +140,7 @@ fn with_rates(found: VerdictText, plan: &CasePlan, engines: [&EnginePlan; 2]) ->
     }
 }
 
-/// Returns the index pairs of the engines of a case, each pair once.
+/// Returns each pair of engines of a case once, as indices.
 pub(crate) fn pairs_of(plan: &CasePlan) -> impl Iterator<Item = (usize, usize)> + use<> {
     let count = plan.engines.len();
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
