@@ -122,7 +122,7 @@ fn highest_rate(level: f64, samples: usize) -> Result<f64, TrialError> {
 }
 
 /// Records a measured false-alarm rate, which must not exceed the stated level beyond chance.
-fn alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64) -> Done {
+fn record_alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64) -> Done {
     found!(log; "{what}: {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * level);
     let most = highest_rate(level, samples)?;
     log.at_most(&format!("{what}: false alarms"), rate, most);
@@ -131,7 +131,7 @@ fn alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64)
 
 /// Records a measured detection rate of a planted effect, which must equal the stated power within
 /// errors.
-fn finds(log: &mut TrialLog, what: &str, rate: f64, samples: usize, stated: f64) {
+fn record_detections(log: &mut TrialLog, what: &str, rate: f64, samples: usize, stated: f64) {
     let error = (stated * (1.0 - stated) / samples as f64).sqrt();
     found!(log; "{what}: found in {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * stated);
     let off = (rate - stated).abs();
@@ -190,7 +190,7 @@ fn energies(log: &mut TrialLog) -> Done {
     for replicas in [2, 4, 8] {
         let differ = |stream: &mut _| energies_differ(stream, 0.0, &times, replicas);
         let rate = rate(samples, differ, 1);
-        alarms(log, &format!("{replicas} replicas"), rate, samples, LEVEL)?;
+        record_alarms(log, &format!("{replicas} replicas"), rate, samples, LEVEL)?;
     }
     Ok(())
 }
@@ -227,7 +227,7 @@ fn window(
 
 /// Draws impact parameters of replicas, each with its own random slope and curvature, and returns
 /// true if the verdict is that they are not uniform.
-fn bends(
+fn is_not_uniform(
     stream: &mut Xoshiro256PlusPlus,
     [replicas, collisions]: [usize; 2],
     slope: f64,
@@ -251,12 +251,12 @@ fn impact_parameters(log: &mut TrialLog) -> Done {
     let own = (4.0 * 12.0 / COLLISIONS as f64).sqrt();
     for (what, own) in [("independent", 0.0), ("over-dispersed", own)] {
         for replicas in [2, 4, 12] {
-            let bends = |stream: &mut _| bends(stream, [replicas, COLLISIONS], 0.0, own);
+            let bends = |stream: &mut _| is_not_uniform(stream, [replicas, COLLISIONS], 0.0, own);
             let (what, rate) = (
                 format!("{what}, {replicas} replicas"),
                 rate(samples, bends, 2),
             );
-            alarms(log, &what, rate, samples, LEVEL)?;
+            record_alarms(log, &what, rate, samples, LEVEL)?;
         }
     }
     Ok(())
@@ -269,7 +269,7 @@ fn planted_energy(log: &mut TrialLog) -> Done {
     for replicas in [4, replicas_needed(effect, LEVEL, FOUND)] {
         let differ = |stream: &mut _| energies_differ(stream, 1.05_f64.ln(), &[1.0], replicas);
         let (what, rate) = (format!("{replicas} replicas"), rate(samples, differ, 3));
-        finds(log, &what, rate, samples, power(effect, replicas, LEVEL));
+        record_detections(log, &what, rate, samples, power(effect, replicas, LEVEL));
     }
     Ok(())
 }
@@ -281,7 +281,7 @@ fn planted_slope(log: &mut TrialLog) -> Done {
     // Half of the level is that of the slope, half that of the shape.
     let effect = 0.02 / (12.0 / COLLISIONS as f64).sqrt();
     for replicas in [4, replicas_needed(effect, 0.5 * LEVEL, FOUND)] {
-        let bends = |stream: &mut _| bends(stream, [replicas, COLLISIONS], 0.02, 0.0);
+        let bends = |stream: &mut _| is_not_uniform(stream, [replicas, COLLISIONS], 0.02, 0.0);
         let rate = rate(samples, bends, 4);
         let stated = power(effect, replicas, 0.5 * LEVEL);
         // False alarms of the shape where the trend is not found: at most half the level more.
@@ -352,7 +352,7 @@ fn elastic(log: &mut TrialLog) -> Done {
     must!(log, verdicts >= 4 * cases; "{verdicts} verdicts of {cases} cases");
     let share = |count: usize| count as f64 / cases as f64;
     for (topic, count) in families {
-        alarms(log, &topic, share(count), cases, STATED / 4.0)?;
+        record_alarms(log, &topic, share(count), cases, STATED / 4.0)?;
     }
-    alarms(log, "any in a case", share(any), cases, STATED)
+    record_alarms(log, "any in a case", share(any), cases, STATED)
 }

@@ -175,7 +175,7 @@ impl Pair {
 
 /// Draws two disks in contact just before a collision. The probability is proportional to the
 /// normal speed times the Maxwellian distribution.
-fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
+fn draw_colliding_pair(stream: &mut impl Rng) -> [Disk; 2] {
     let speed = 2.0 * (-(1.0 - stream.random::<f64>()).ln()).sqrt();
     let across: f64 = stream.sample::<f64, _>(StandardNormal) * SQRT_2;
     let (mean, half) = (normal(stream) / SQRT_2, vector![-0.5 * speed, 0.5 * across]);
@@ -187,7 +187,7 @@ fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
 
 /// Draws a third disk with its statistical weight. Its distance from the contact point of the pair
 /// is uniform up to `reach`, its velocity Maxwellian.
-fn third(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
+fn draw_third_disk(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
     let (share, angle): (f64, f64) = (stream.random(), TAU * stream.random::<f64>());
     let disk = Disk {
         place: reach * share * vector![angle.cos(), angle.sin()],
@@ -198,7 +198,7 @@ fn third(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
 
 /// Simulates three disks, two of which have just collided, and returns all later collisions up to
 /// the time `until`.
-fn follow(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting> {
+fn collisions_of_three(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting> {
     let mut meetings = Vec::new();
     if pair.after.iter().any(|disk| disk.overlaps(&third)) {
         return meetings;
@@ -225,7 +225,7 @@ fn follow(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting
 
 /// Returns the collisions of the third disk with each partner of the pair as if the other partner
 /// were absent, up to the time `until`.
-fn alone(pair: &Pair, third: Disk, until: f64) -> impl Iterator<Item = Meeting> {
+fn collisions_with_one(pair: &Pair, third: Disk, until: f64) -> impl Iterator<Item = Meeting> {
     let clear = pair
         .after
         .into_iter()
@@ -281,8 +281,8 @@ pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<DensityCoeff
     let mut sums = Sums::new(lags.len());
     let mut values = vec![0.0; lags.len()];
     for _ in 0..samples {
-        let pair = Pair::new(meeting(stream), 1.0);
-        let (third, weight) = third(stream, 1.0 + FASTEST * until);
+        let pair = Pair::new(draw_colliding_pair(stream), 1.0);
+        let (third, weight) = draw_third_disk(stream, 1.0 + FASTEST * until);
         values.fill(0.0);
         let mut add = |one: Meeting, sign: f64| {
             for (value, _) in values
@@ -293,8 +293,8 @@ pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<DensityCoeff
                 *value += sign * weight * pair.first.transfer() * one.transfer();
             }
         };
-        alone(&pair, third, until).for_each(|one| add(one, -1.0));
-        for one in follow(&pair, third, 1.0, until) {
+        collisions_with_one(&pair, third, until).for_each(|one| add(one, -1.0));
+        for one in collisions_of_three(&pair, third, 1.0, until) {
             add(one, 1.0);
         }
         sums.add(&values);
@@ -316,8 +316,8 @@ pub fn onset(
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let (mut elastic, mut others) = (Sums::new(1), Sums::new(restitutions.len()));
     for _ in 0..samples {
-        let before = meeting(stream);
-        let (third, weight) = third(stream, 1.0 + FASTEST * until);
+        let before = draw_colliding_pair(stream);
+        let (third, weight) = draw_third_disk(stream, 1.0 + FASTEST * until);
         // Free flight of the third disk from each of the pair, backwards in time.
         let free = before.map(|disk| {
             if disk.overlaps(&third) {
@@ -327,9 +327,9 @@ pub fn onset(
         });
         let after = |restitution: f64| -> f64 {
             let pair = Pair::new(before, restitution);
-            let known = alone(&pair, third, until);
+            let known = collisions_with_one(&pair, third, until);
             let known = known.map(|one| one.slope() * (until - one.time) / until);
-            let later = follow(&pair, third, restitution, until).into_iter();
+            let later = collisions_of_three(&pair, third, restitution, until).into_iter();
             let later =
                 later.map(|one| one.slope() * free[0].min(free[1]).min(until - one.time) / until);
             weight * (later.sum::<f64>() - known.sum::<f64>())
@@ -355,12 +355,12 @@ mod tests {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(1);
         let (mut found, mut all) = (0, 0);
         while all < 300 {
-            let pair = Pair::new(meeting(stream), 0.8);
-            let (third, _) = third(stream, 2.5);
+            let pair = Pair::new(draw_colliding_pair(stream), 0.8);
+            let (third, _) = draw_third_disk(stream, 2.5);
             if pair.after.iter().any(|disk| disk.overlaps(&third)) {
                 continue;
             }
-            let meetings = follow(&pair, third, 0.8, 3.0);
+            let meetings = collisions_of_three(&pair, third, 0.8, 3.0);
             assert!(meetings.is_sorted_by_key(|one| one.time));
             assert!(meetings.iter().all(|one| one.normal > 0.0));
             let [a, b] = pair.after;
@@ -393,7 +393,7 @@ mod tests {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(2);
         let (mut square, mut slope) = (0.0, 0.0);
         for _ in 0..40_000 {
-            let before = meeting(stream);
+            let before = draw_colliding_pair(stream);
             let pair = Pair::new(before, 0.7);
             let momentum = |disks: &[Disk; 2]| disks[0].velocity + disks[1].velocity;
             assert!((momentum(&before) - momentum(&pair.after)).norm() < 1e-12);

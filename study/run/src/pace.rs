@@ -85,7 +85,7 @@ fn measured(
     let streams = Streams::new(plan.case.seed, 0);
     let (start, particles) = if is_prepared(plan) {
         let (start, particles) =
-            prepared(plan, streams, each).map_err(|error| failed("start", error))?;
+            measure_start(plan, streams, each).map_err(|error| failed("start", error))?;
         (start, Some(particles))
     } else {
         (0.0, None)
@@ -140,7 +140,7 @@ fn theory(plan: &CasePlan) -> f64 {
 
 /// Prepares initial particles, and interrupts the equilibration after the time slice `each`.
 /// Returns its estimated full duration \[s\] and the particles.
-fn prepared(
+fn measure_start(
     plan: &CasePlan,
     streams: Streams,
     each: Duration,
@@ -171,8 +171,8 @@ fn pace(part: &EngineRun<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     let began = Instant::now();
     let mut course = RunState::begin(part, &stop, None)?;
     let beginning = began.elapsed().as_secs_f64();
-    let looks = looking(part, &mut course);
-    let (flown, done) = flying(part, &mut course, &stop, each)?;
+    let looks = estimate_sampling_time(part, &mut course);
+    let (flown, done) = run_time_slice(part, &mut course, &stop, each)?;
     let flight = if done > 0.0 {
         flown / done.min(1.0)
     } else {
@@ -185,7 +185,7 @@ fn pace(part: &EngineRun<'_>, each: Duration) -> Result<[f64; 2], PartError> {
 
 /// Runs an engine for the time slice `each` without sampling. Returns the time taken \[s\] and the
 /// fraction of the whole run done.
-fn flying(
+fn run_time_slice(
     part: &EngineRun<'_>,
     course: &mut RunState<'_>,
     stop: &Interrupt,
@@ -232,7 +232,7 @@ fn flying(
 
 /// Estimates the total sampling time of an engine from one sample of each measurement \[s\]: for
 /// replica 0, and for each further replica.
-fn looking(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
+fn estimate_sampling_time(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
     let plan = part.plan;
     let mut sums = [0.0; 2];
     for (number, measure) in part.measures.iter().enumerate() {
@@ -319,9 +319,9 @@ mod tests {
         };
         let stop = Interrupt::default();
         let mut course = RunState::begin(&part, &stop, None).expect("a course");
-        let looks = looking(&part, &mut course);
+        let looks = estimate_sampling_time(&part, &mut course);
         assert!(looks[0] >= 5.0 * GIVEN.as_secs_f64());
-        let (_, done) = flying(&part, &mut course, &stop, GIVEN).expect("a flight");
+        let (_, done) = run_time_slice(&part, &mut course, &stop, GIVEN).expect("a flight");
         assert!(done > 0.0 && done < 1.0, "{done}");
     }
 }

@@ -76,7 +76,7 @@ fn windows(
         }
         if let Some(window) = windows.last_mut() {
             let bin = (20.0 * row.number("bin_low")?).round() as usize;
-            put(window, bin, row.number("count")? as u64);
+            add_collisions(window, bin, row.number("count")? as u64);
         }
     }
     Ok((spans, windows))
@@ -84,7 +84,7 @@ fn windows(
 
 /// Adds `count` collisions to one bin of impact parameters, with their moments as if uniform within
 /// the bin.
-fn put(window: &mut CollisionWindow, bin: usize, count: u64) {
+fn add_collisions(window: &mut CollisionWindow, bin: usize, count: u64) {
     let place = (bin as f64 + 0.5) / window.bins.len() as f64;
     window.bins[bin] += count;
     window.collisions += count;
@@ -93,7 +93,7 @@ fn put(window: &mut CollisionWindow, bin: usize, count: u64) {
 }
 
 /// Returns the number of gases to store, and the numbers of replicas to draw from them.
-fn extent(log: &TrialLog) -> (usize, &'static [usize]) {
+fn pool_size(log: &TrialLog) -> (usize, &'static [usize]) {
     if log.effort.quick {
         (24, &REPLICAS[1..2])
     } else {
@@ -230,7 +230,7 @@ fn measure(
 /// Calibrates the energy verdict on replicas of cooling gases: one of two samples from the same
 /// engine is raised by the planted difference.
 pub(super) fn cooling(log: &mut TrialLog) -> Done {
-    let (count, counts) = extent(log);
+    let (count, counts) = pool_size(log);
     let chaos = "[engine.dsmc-contact-point]\nsimulators_per_particle = 1\n[measure.energy]";
     let pools = pools(log, &case_text(0.8, chaos), "cooling", count)?;
     for pool in &pools {
@@ -262,7 +262,7 @@ pub(super) fn cooling(log: &mut TrialLog) -> Done {
 
 /// Calibrates the impact-parameter verdict on replicas of elastic gases of exact disks.
 pub(super) fn elastic(log: &mut TrialLog) -> Done {
-    let (count, counts) = extent(log);
+    let (count, counts) = pool_size(log);
     let pools = pools(log, &case_text(1.0, ""), "elastic", count)?;
     pools.iter().try_for_each(|pool| impact(log, pool, counts))
 }
@@ -311,7 +311,7 @@ fn tilted(window: &CollisionWindow, over: bool, slope: f64) -> CollisionWindow {
         let bin = if over { bins - 1 - bin } else { bin };
         let place = (bin as f64 + 0.5) / bins as f64;
         let factor = (1.0 + slope * (place - 0.5)).max(0.0);
-        put(&mut tilted, bin, (count as f64 * factor).round() as u64);
+        add_collisions(&mut tilted, bin, (count as f64 * factor).round() as u64);
     }
     tilted
 }

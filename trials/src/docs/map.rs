@@ -5,8 +5,8 @@
 //! particles remains. Each point of the map has two such boxes, which shows the effect of the box
 //! size. The cooling rate is relative to that of molecular chaos at the mean squared speed of the
 //! colliding pairs. Thermal shear waves lower this speed, and more so in wider boxes. The cooling
-//! rate is also relative to that of N elastic disks ([`of_few`]). Molecular chaos stands for the
-//! homogeneous cooling state of Enskog's equation, whose velocities are not Maxwellian
+//! rate is also relative to that of N elastic disks ([`few_disks_ratio`]). Molecular chaos stands
+//! for the homogeneous cooling state of Enskog's equation, whose velocities are not Maxwellian
 //! ([`CoolingFactors`]).
 
 use std::f64::consts::PI;
@@ -74,7 +74,7 @@ impl<'a> Gas<'a> {
     /// Returns the cooling rate in the last time window over that of molecular chaos at the same
     /// pair speed, corrected for the finite number of disks.
     fn cooling(&self) -> Result<TableEstimate, NumberNotFound> {
-        let unit = of_few(self.disks, self.at[0]) * self.chaos.at_pair_speed();
+        let unit = few_disks_ratio(self.disks, self.at[0]) * self.chaos.at_pair_speed();
         self.late("at_pair_speed", unit)
     }
 
@@ -104,7 +104,7 @@ fn mean(a: TableEstimate, b: TableEstimate) -> TableEstimate {
 /// Velocities of N disks of fixed energy and momentum are a point on a sphere of `2 (N - 1)`
 /// dimensions. `<g>` is therefore larger by `sqrt(N) Gamma(N - 1)/Gamma(N - 1/2)`, and the squared
 /// speed of colliding pairs by `N/(N - 1/2)`.
-fn of_few(disks: f64, packing: f64) -> f64 {
+fn few_disks_ratio(disks: f64, packing: f64) -> f64 {
     let near = 1e-3;
     let [below, own, above] = [packing - near, packing, packing + near]
         .map(|phi| phi * phi * kinetic::contact_value(phi));
@@ -475,9 +475,9 @@ mod tests {
     fn few_disks_collide_less_often() {
         for disks in [1e3, 1e4] {
             let wanted = 1.0 - 0.625 / disks;
-            assert!((of_few(disks, 1e-6) - wanted).abs() < 10.0 / (disks * disks));
+            assert!((few_disks_ratio(disks, 1e-6) - wanted).abs() < 10.0 / (disks * disks));
         }
-        assert!((of_few(2.0, 1e-6) - 0.5 * 2.0 / PI.sqrt() * 1.5_f64.sqrt()).abs() < 1e-5);
+        assert!((few_disks_ratio(2.0, 1e-6) - 0.5 * 2.0 / PI.sqrt() * 1.5_f64.sqrt()).abs() < 1e-5);
     }
 
     #[test]

@@ -156,7 +156,7 @@ fn overlapping(log: &mut TrialLog) -> Done {
         let gas = four(depth)?;
         about!(log; "depth {depth}");
         must!(log, gas.overlap(&gas.start, 1e-9).is_none(); "refused");
-        heals(log, &gas, depth);
+        check_overlap_bounded(log, &gas, depth);
         let small = mixture(vec![(0.005, 1e-4), (0.005, 1e-4), (0.5, 1.0)], 1.0)?;
         let bodies = [
             (vector![1.0, 1.0], vector![0.0, 0.0]),
@@ -164,7 +164,7 @@ fn overlapping(log: &mut TrialLog) -> Done {
             (vector![5.0, 5.0], vector![0.0, 0.0]),
         ];
         about!(log; "small disks, depth {depth}");
-        heals(
+        check_overlap_bounded(
             log,
             &StressGas::new(small, state(domain(8.0, 8.0)?, bodies)),
             depth,
@@ -176,7 +176,7 @@ fn overlapping(log: &mut TrialLog) -> Done {
 
 /// Checks that a gas of exact disks runs without an error, and never overlaps deeper than at the
 /// start.
-fn heals<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
+fn check_overlap_bounded<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
     log.guard(|log| {
         let course = gas.run_until(20.0, 1000)?;
         must!(log, course.reached; "{}", course.ended());
