@@ -35,7 +35,7 @@ use crate::{Done, Effort, TrialError, TrialLog};
 /// Options of `stosszahl-trials calibrate`, the calibration of verdicts.
 #[derive(Clone, Debug, Args)]
 pub struct Calibrate {
-    /// Calibration to run alone; may be repeated \[default: all].
+    /// Calibration to run alone; may be repeated [default: all].
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(TRIALS))]
     pub part: Vec<String>,
     /// Draw fewer replicas, and run 20 elastic cases instead of 500.

@@ -17,7 +17,7 @@ pub enum RowVerdict {
     Fail,
     /// Verdict that the standard error is too wide to tell if the claim holds.
     Unresolved,
-    /// Measured value about which nothing is claimed.
+    /// Verdict that nothing is claimed: the value is only measured.
     Measured,
 }
 
@@ -42,7 +42,7 @@ pub struct TrialTableRow {
     pub quantity: String,
     /// Expected value of the quantity, from theory or from another engine.
     pub expected: f64,
-    /// Measured value of the quantity.
+    /// Measured value of the quantity that the claim is about.
     pub found: f64,
     /// Standard error of the measured value, including that of the expected value if it was
     /// measured too.

@@ -214,7 +214,7 @@ pub(crate) fn run_options<'a>(
 /// Outcome of a trial: findings, faults, claims and its run time.
 #[derive(Clone, Debug, Serialize)]
 pub struct TrialReport {
-    /// Name of the trial.
+    /// Name of the trial on the command line and in reports.
     pub name: &'static str,
     /// Description of what the trial tried.
     pub tried: &'static str,
@@ -224,7 +224,7 @@ pub struct TrialReport {
     pub found: Vec<String>,
     /// Conditions of the trial that did not hold; empty if it passed.
     pub faults: Vec<String>,
-    /// Wall time of the trial \[s\].
+    /// Wall time that the trial took \[s\].
     pub seconds: f64,
     /// Claims about accuracy that the trial tested, with their verdicts.
     #[serde(skip)]

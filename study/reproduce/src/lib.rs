@@ -71,9 +71,9 @@ pub enum ReproduceError {
     /// System error for the output folder of the paper.
     #[error("{}: {source}", path.display())]
     System {
-        /// Path of the output folder.
+        /// Path of the paper's output folder that the system cannot read or write.
         path: PathBuf,
-        /// Error that the operating system reported.
+        /// Error that the operating system reported for the output folder.
         source: io::Error,
     },
 }

@@ -49,7 +49,7 @@ struct Known {
     derived: Vec<String>,
     /// Estimated computing times of the start and the engines of the point \[s\].
     pace: RuntimeEstimate,
-    /// Number of replicas of the point.
+    /// Number of replicas of the sweep point's run.
     replicas: u64,
 }
 
@@ -57,7 +57,7 @@ struct Known {
 pub(crate) struct Item<'a> {
     /// Index of the figure that the claim belongs to, counted from 0 in the paper.
     pub figure: usize,
-    /// Claim as the paper file states it.
+    /// Claim of the paper, as its paper file states it.
     pub claim: &'a Claim,
     /// Location of the compared number in the results.
     pub number: NumberLocation<'a>,
@@ -73,7 +73,7 @@ pub(crate) struct Item<'a> {
 /// Estimated cost and number of claims of one figure of a paper.
 #[derive(Clone, Debug)]
 pub struct FigureOutline<'a> {
-    /// Figure as the paper file describes it.
+    /// Figure of the paper, as its paper file describes it.
     pub figure: &'a PaperFigureSpec,
     /// Number of comparisons that the claims of the figure make.
     pub claims: usize,

@@ -65,7 +65,7 @@ impl ProgressEstimate {
         }
     }
 
-    /// Marks the whole work as done.
+    /// Sets the progress estimate to 1: all work is done.
     pub fn end(&mut self) {
         self.told = 1.0;
     }

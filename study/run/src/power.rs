@@ -13,9 +13,9 @@ pub const FOUND: f64 = 0.9;
 pub struct ReplicaSpread {
     /// Name of the tested quantity, such as "energy, one engine against another".
     pub quantity: String,
-    /// Standard deviation of the quantity between single replicas.
+    /// Standard deviation of the tested quantity over single replicas.
     pub of_one: f64,
-    /// Origin of the standard deviation, as text.
+    /// Origin of the standard deviation over replicas, as text.
     pub source: String,
     /// Difference of the quantity that the case should detect.
     pub wanted: f64,

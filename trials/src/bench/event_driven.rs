@@ -18,22 +18,22 @@ pub struct BenchEd {
     /// Number of hard disks in the benchmark.
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(2..))]
     pub disks: u32,
-    /// Packing fraction of the disks.
+    /// Packing fraction of the benchmark's disks.
     #[arg(long, value_name = "P", default_value_t = 0.25)]
     pub packing_fraction: f64,
     /// Coefficient of restitution of the disks while timing.
     #[arg(long, value_name = "R", default_value_t = 1.0)]
     pub restitution: f64,
-    /// Arrangement of the disks before equilibration.
+    /// Arrangement of the benchmark's disks before equilibration.
     #[arg(long, value_enum, default_value_t = BenchStart::Disordered)]
     pub start: BenchStart,
     /// Elastic collisions per disk before timing.
     #[arg(long, value_name = "C", default_value_t = 10.0)]
     pub equilibrate: f64,
-    /// Pair collisions to time \[default: 5 for each disk, at least a million].
+    /// Pair collisions to time [default: 5 for each disk, at least a million].
     #[arg(long, value_name = "M")]
     pub collisions: Option<u64>,
-    /// Threads, each with a strip of the box.
+    /// Number of threads, each with a strip of the box.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: u16,
     /// End of the timing instead of a number of collisions, in units of t0 (Haff's time; mean free
@@ -52,9 +52,9 @@ pub struct BenchEd {
 /// Arrangement of the benchmark's disks before equilibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BenchStart {
-    /// Random sequential addition; above packing 0.45, a molten lattice.
+    /// Start from random sequential addition; above packing 0.45, from a molten lattice.
     Disordered,
-    /// Hexagonal lattice of disks.
+    /// Start from a hexagonal lattice of disks.
     Hexagonal,
 }
 

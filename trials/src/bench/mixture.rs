@@ -28,7 +28,7 @@ pub struct BenchMixture {
     /// Coefficient of restitution of the spheres.
     #[arg(long, value_name = "R", default_value_t = 0.5)]
     pub restitution: f64,
-    /// Pair collisions to time \[default: all until the end time].
+    /// Pair collisions to time [default: all until the end time].
     #[arg(long, value_name = "M")]
     pub collisions: Option<u64>,
     /// End time of the benchmark, in units of the monomers' diameter over thermal speed.
@@ -56,9 +56,9 @@ pub enum SelectionArgument {
 /// Rounding of the numbers of spheres of each mass to whole numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum CountRounding {
-    /// Rounding down to a whole number.
+    /// Rounding of the numbers of spheres down to whole numbers.
     Down,
-    /// Rounding to the nearest whole number.
+    /// Rounding of the numbers of spheres to the nearest whole numbers.
     Nearest,
 }
 

@@ -26,13 +26,13 @@ pub struct BenchDsmc {
     /// Pair collisions per simulator and time step.
     #[arg(long, value_name = "R", default_value_t = 0.07)]
     pub collisions_per_step: f64,
-    /// Number of time steps to time.
+    /// Number of time steps whose duration is measured.
     #[arg(long, value_name = "S", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: u64,
-    /// Threads of the Monte Carlo engine \[default: all cores].
+    /// Threads of the Monte Carlo engine [default: all cores].
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Move simulators without collisions; all else as with them.
+    /// Move simulators without collisions, with all else unchanged.
     #[arg(long)]
     pub free_flight: bool,
     /// Print the measured speed as one JSON object.

@@ -7,7 +7,7 @@ pub struct Head {
     pub name: String,
     /// Commit of the program whose runs the block shows.
     pub commit: String,
-    /// Date of the commit.
+    /// Date of the commit whose runs the block shows.
     pub date: String,
     /// Statistics version of each engine whose results the block shows.
     pub statistics: Vec<(String, u32)>,
@@ -18,9 +18,9 @@ pub struct Head {
 /// Generated block of a Markdown page, between two HTML comments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageBlock {
-    /// First line of the block, parsed.
+    /// Parsed first line of the documentation block: name, commit and statistics versions.
     pub head: Head,
-    /// Text of the block between its first and its last line.
+    /// Text of the documentation block between its first and its last line.
     pub text: String,
 }
 

@@ -19,9 +19,9 @@ pub struct DocsEntry {
     pub name: &'static str,
     /// Path of the block's page, relative to the repository root.
     pub file: &'static str,
-    /// Runs whose results the block shows.
+    /// Runs whose results the documentation block shows.
     pub source: EntrySource,
-    /// Engines whose numbers the block shows.
+    /// Engines whose numbers the documentation block shows, with statistics versions.
     pub engines: &'static [EngineVersion],
     /// True if `--check` regenerates the block, which takes some ten seconds.
     pub is_cheap: bool,
@@ -32,7 +32,7 @@ pub struct DocsEntry {
 /// Runs whose results a documentation block shows: a bundled case, or all papers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntrySource {
-    /// Bundled case with this name.
+    /// Bundled case, by its name, whose results the block shows.
     Case(&'static str),
     /// Quick runs of all reproduced papers. Each paper counts as a point, with the table of its
     /// claims.

@@ -47,13 +47,13 @@ pub use results::{run_bundled, run_papers};
 /// Options of `stosszahl-trials docs`, which regenerates or checks documentation blocks.
 #[derive(Clone, Debug, Args)]
 pub struct Docs {
-    /// Documentation block to make; may be repeated \[default: the cheap ones].
+    /// Documentation block to make; may be repeated [default: the cheap ones].
     #[arg(value_name = "NAME", value_parser = names())]
     pub name: Vec<String>,
     /// Change nothing, and report outdated or differing blocks.
     #[arg(long)]
     pub check: bool,
-    /// All blocks, also those that take hours of a core.
+    /// Make all documentation blocks, also those that take hours of a core.
     #[arg(long, conflicts_with_all = ["check", "name"])]
     pub costly: bool,
     /// Use of stored numbers instead of new runs.

@@ -43,7 +43,8 @@ const RESTING: f64 = 1e-8;
 pub(super) struct CollisionSums {
     /// Energy lost in all collisions of the run \[energy\].
     pub lost: f64,
-    /// Virial of all collisions: the sum of transferred momentum times distance \[energy\].
+    /// Virial of all collisions of the run: the sum of transferred momentum times distance
+    /// \[energy\].
     pub virial: f64,
     /// Number of collisions of the run.
     pub collisions: u64,
@@ -51,7 +52,7 @@ pub(super) struct CollisionSums {
     pub first: Option<f64>,
     /// Time of the last collision of the run \[time\].
     pub last: f64,
-    /// True if a collision was earlier than its predecessor, which is a fault.
+    /// True if a collision had an earlier time than the previous one, which is a fault.
     pub disordered: bool,
     /// Largest receding speed of a colliding pair, over its whole relative speed. Above rounding it
     /// is a fault.
@@ -85,11 +86,12 @@ pub(super) struct StressGas<P: Planar> {
 /// Way in which a run of exact disks must end to pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RunEnd {
-    /// End at the given time or after the given number of collisions, without an error.
+    /// Required end of a run at the given time or after the given number of collisions, without an
+    /// error.
     TimeOrCount,
-    /// End at the given time.
+    /// Required end of a run at the given time.
     Time,
-    /// End at the given time, or by inelastic collapse.
+    /// Required end of a run at the given time, or by inelastic collapse.
     TimeOrCollapse,
 }
 

@@ -62,7 +62,7 @@ impl BoundedDisks<'_> {
         }
     }
 
-    /// Creates an event-driven simulation of the disks.
+    /// Creates an event-driven simulation of the disks with walls and obstacles.
     fn exact(&self) -> Result<Box<dyn Simulation>, TrialError> {
         let boundaries = stosszahl_ed::DiskBoundaries {
             walls: self.boundaries.walls.in_plane(),
@@ -74,7 +74,7 @@ impl BoundedDisks<'_> {
         Ok(made?)
     }
 
-    /// Creates a Monte Carlo simulation of the particles in cells.
+    /// Creates a Monte Carlo simulation of the particles in cells with walls and obstacles.
     fn points(&self, parameters: Parameters) -> Result<Box<dyn Simulation>, TrialError> {
         let gas = CellGas {
             grains: &Self::grains()?,

@@ -31,9 +31,9 @@ const SIMULATORS: u32 = 16;
 pub struct UnitDiskGas {
     /// Number of disks in the gas for the contact value.
     pub disks: usize,
-    /// Packing fraction of the gas.
+    /// Packing fraction of the gas for the contact value.
     pub packing: f64,
-    /// Coefficient of restitution of the gas.
+    /// Coefficient of restitution of the gas for the contact value.
     pub restitution: f64,
     /// Collisions per disk over which the pair correlation is measured.
     pub collisions: u64,
@@ -42,7 +42,7 @@ pub struct UnitDiskGas {
 /// Pair correlation at contact of a gas, averaged over seeds, by two methods.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactValue {
-    /// Pair correlation at contact χ from the collision rate.
+    /// Pair correlation at contact χ of a gas, from its collision rate.
     pub rate: Estimate,
     /// Pair correlation at contact g(d+) from the flux of colliding pairs.
     pub flux: Estimate,
@@ -54,8 +54,8 @@ pub struct ContactValue {
 }
 
 impl UnitDiskGas {
-    /// Sums over the collisions of a gas for the contact value: by collision rate, by flux, and the
-    /// norm that divides both.
+    /// Returns three sums over the collisions of a gas for the contact value: by collision rate, by
+    /// flux, and the norm that divides both.
     fn follow(&self, mut gas: Box<dyn Simulation>) -> Result<[f64; 3], TrialError> {
         let (simulators, disks) = (gas.particle_count() as f64, self.disks as f64);
         let of_each = |number: u64| Budget::Collisions(number * gas_pairs(simulators));

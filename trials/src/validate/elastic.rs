@@ -74,7 +74,7 @@ struct Found {
     /// samples.
     bands: Vec<Vec<[f64; 2]>>,
     compressibility: f64,
-    /// Number of disks that each simulator represents.
+    /// Number of disks that each Monte Carlo simulator represents.
     weight: f64,
     /// Amplitudes of the shear waves at equal time intervals.
     waves: Vec<Vec<f64>>,

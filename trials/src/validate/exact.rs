@@ -19,7 +19,7 @@ use crate::{Done, TrialError, TrialLog};
 /// Compressibility factor Z of hard disks by packing fraction, from the ten-term virial series of
 /// Kolafa & Rottner, Mol. Phys. 104, 3435 (2006).
 const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4.107)];
-/// Number of disks for the equation of state.
+/// Number of disks in the test of the equation of state.
 const DISKS: usize = 10_000;
 
 /// Measures the compressibility factor Z of elastic disks from the virial, and the collision rate
@@ -45,8 +45,8 @@ fn place_text(setting: &str, packing: f64, began: Instant) -> RowPlace {
     RowPlace::new("exact", "event-driven", setting, packing, seconds)
 }
 
-/// Returns the largest distance of disks from their start after a number of collisions and time
-/// reversal \[length\].
+/// Returns the largest distance of disks from their start after a number of collisions, a reversal
+/// of all velocities and the same time back \[length\].
 fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, TrialError> {
     let start = disordered(disks, packing, 3)?;
     let before = particles_of(&start);

@@ -50,13 +50,13 @@ pub use whole::TRIALS;
 /// Options of `stosszahl-trials validate` for all claims about accuracy.
 #[derive(Clone, Debug, Args)]
 pub struct ValidateAll {
-    /// Part of the validation to run alone; may be repeated \[default: all].
+    /// Part of the validation to run alone; may be repeated [default: all].
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(TRIALS))]
     pub part: Vec<String>,
     /// Validate with few and small gases, in about five minutes.
     #[arg(long)]
     pub quick: bool,
-    /// Time after which no further part of the validation begins: 90s, 5m or 1h \[default: none].
+    /// Time after which no further part of the validation begins: 90s, 5m or 1h [default: none].
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub budget: Option<Duration>,
     /// Markdown page to write, with the table data/validation.csv next to it; both are complete
@@ -68,10 +68,10 @@ pub struct ValidateAll {
 /// Options of `stosszahl-trials validate dsmc`, the validation of Monte Carlo schemes.
 #[derive(Clone, Debug, Args)]
 pub struct ValidateDsmc {
-    /// Part of the validation to run alone; may be repeated \[default: all].
+    /// Part of the validation to run alone; may be repeated [default: all].
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(parts::TRIALS))]
     pub part: Vec<String>,
-    /// Monte Carlo scheme to validate alone; may be repeated \[default: all].
+    /// Monte Carlo scheme to validate alone; may be repeated [default: all].
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub scheme: Vec<String>,
     /// Validate with few and small gases: errors are too wide for most verdicts, and unresolved

@@ -26,11 +26,11 @@ const BINS: usize = 20;
 /// Gas of equal disks that a method under validation simulates, with its sample times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObservedGas {
-    /// Number of disks of the gas.
+    /// Number of disks of the gas under validation.
     pub disks: usize,
     /// Packing fraction of the gas under validation.
     pub packing: f64,
-    /// Coefficient of restitution of the gas.
+    /// Coefficient of restitution of the gas under validation.
     pub restitution: f64,
     /// Elastic collisions per disk before the gas is observed.
     pub equilibrate: f64,
@@ -52,7 +52,7 @@ pub struct GasCourse {
 
 /// Simulation method under validation: exact dynamics, or a Monte Carlo scheme.
 pub trait CollisionMethod: Sync {
-    /// Returns the name of the method in tables.
+    /// Returns the name of the simulation method in tables.
     fn table_name(&self) -> String;
 
     /// Simulates a gas from an equilibrium start that depends on the seed, and returns the
@@ -175,7 +175,7 @@ const DILUTE: f64 = 0.01;
 const RESTITUTION: f64 = 0.8;
 /// Duration of the elastic gas's observation, in mean free times.
 const ELASTIC_TIME: f64 = 20.0;
-/// Sample times of the cooling gas, in units of Haff's time `t_0`.
+/// Times at which the cooling gas is sampled, in units of Haff's time `t_0`.
 const COOLING_TIMES: [f64; 2] = [1.0, 3.0];
 
 /// Averages a quantity over observed gases; gases without a value are left out.

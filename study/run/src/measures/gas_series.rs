@@ -14,7 +14,7 @@ use crate::plan::CasePlan;
 /// engine units.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GasSample {
-    /// Sample time, in the case's unit of time.
+    /// Time at which the gas was sampled, in the case's unit of time.
     pub time: f64,
     /// Number of physical pair collisions since the start: a collision of simulators counts as many
     /// as the particles each represents.
@@ -30,9 +30,9 @@ pub struct GasSample {
 /// engine units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesSums {
-    /// Number of particles in the sums.
+    /// Number of particles that the sums include.
     pub number: f64,
-    /// Total mass of the particles.
+    /// Total mass of the particles in the sums.
     pub mass: f64,
     /// Total momentum of the particles, the sum of m v.
     pub momentum: [f64; 3],

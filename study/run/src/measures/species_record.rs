@@ -36,7 +36,7 @@ pub fn has_displacement(plan: &CasePlan) -> bool {
 /// Moments of all species of a gas without positions at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesSample {
-    /// Sample time, in the case's unit of time.
+    /// Time at which the species were sampled, in the case's unit of time.
     pub time: f64,
     /// Moments of each species, or of each group of particles of similar size.
     pub groups: Vec<SpeciesMoments>,

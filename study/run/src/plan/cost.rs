@@ -76,7 +76,7 @@ pub struct Cost {
 /// Estimated memory and number of collisions of one engine in one replica.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EngineCost {
-    /// Name of the engine.
+    /// Name of the engine whose cost is estimated.
     pub name: &'static str,
     /// Memory of one replica of the engine \[bytes\].
     pub bytes: f64,

@@ -15,7 +15,7 @@ use crate::theory::homogeneous;
 /// Averages of the whole gas of one engine over replicas, at one sample time. Energies and
 /// temperatures are in the case's unit of energy.
 pub(crate) struct GasRow {
-    /// Sample time, in the case's unit of time.
+    /// Sample time of the row, in the case's unit of time.
     pub time: f64,
     /// Number of particles of the gas, averaged over replicas.
     pub particles: TableEstimate,

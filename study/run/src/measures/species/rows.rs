@@ -15,7 +15,7 @@ use crate::theory::homogeneous::{self, GroupCurve, Predicted, TheoryPoint};
 /// Row of the table `species.csv`: one species at one time, averaged over replicas.
 #[derive(Default)]
 pub(crate) struct SpeciesRow {
-    /// Sample time, in the case's unit of time.
+    /// Sample time of the row, in the case's unit of time.
     pub time: f64,
     /// Index of the species, from 0.
     pub species: usize,
