@@ -1,4 +1,4 @@
-//! Generated blocks of Markdown pages: how they are found, parsed and replaced.
+//! Search, parsing and replacement of generated blocks in Markdown pages.
 
 /// First line of a generated documentation block: name, commit, date and statistics versions.
 #[derive(Clone, Debug, PartialEq, Eq)]
