@@ -29,8 +29,9 @@
 //!
 //! In a box of N disks the relative change is smaller by `pi omega t/N`, for omega pair collisions
 //! per disk and time, and the lag t. A pair that has collided does not collide again before it has
-//! mixed, but the mean counts it like any other pair. The mean of `q g²` is `(<g_n³> + <g_n>
-//! <g_t²>)/2 = 4 sqrt(pi)` for colliding pairs. The mean of `g²` for all pairs is 4, and `<q>` is
+//! mixed, but the mean counts it like any other pair. For colliding pairs the mean of `q g²` is
+//! `(<g_n³> + <g_n> <g_t²>)/2 = 4 sqrt(pi)`, where the relative velocity has the normal and
+//! tangential components `g_n` and `g_t`. The mean of `g²` for all pairs is 4, and `<q>` is
 //! `sqrt(pi)/2`.
 //!
 //! # Impact parameters after equilibrium
