@@ -1,4 +1,4 @@
-//! Command line: its words, and their execution.
+//! Command line of `stosszahl-trials`: its arguments, and the execution of its commands.
 
 use std::io::{self, Write as _};
 use std::process::ExitCode;
@@ -13,7 +13,7 @@ use crate::terminal::say;
 use crate::validate::{ValidateAll, ValidateDsmc};
 use crate::{Done, calibrate, docs, stress, validate};
 
-/// Hard cases, claims about accuracy, and speed of the engines of stosszahl.
+/// Tests and benchmarks of the stosszahl engines: hard cases, claims about accuracy, and speed.
 #[derive(Debug, Parser)]
 #[command(
     name = "stosszahl-trials",
@@ -21,15 +21,15 @@ use crate::{Done, calibrate, docs, stress, validate};
     after_help = "Exit codes: 0 all is well, 1 something does not hold, 2 the input was refused."
 )]
 pub struct TrialArguments {
-    /// Command to run.
+    /// Command of `stosszahl-trials` to run.
     #[command(subcommand)]
     pub command: TrialCommand,
 }
 
-/// Commands of the program.
+/// Commands of `stosszahl-trials`: bench, stress, calibrate, docs and validate.
 #[derive(Debug, Subcommand)]
 pub enum TrialCommand {
-    /// Measure the speed of an engine on a defined piece of work, in some seconds.
+    /// Measure the speed of an engine on a fixed amount of work, in some seconds.
     #[command(
         subcommand,
         after_help = "Begin with:\n  stosszahl-trials bench ed          collisions of exact disks\n  \
@@ -37,9 +37,10 @@ pub enum TrialCommand {
                       stosszahl-trials bench mixture     Monte Carlo without positions"
     )]
     Bench(Bench),
-    /// Try an engine on hard cases and say what holds: seconds to a minute each, hours with --long.
+    /// Test an engine on hard cases and report what holds: seconds to a minute each, hours with
+    /// --long.
     ///
-    /// Each case prints what it tried, what must hold and what was found. The exit code is 1 if one
+    /// Each case prints what it tries, what must hold and what was found. The exit code is 1 if one
     /// fails.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials stress ed --list                 the cases in words\n  \
@@ -50,24 +51,23 @@ pub enum TrialCommand {
                       stosszahl-trials stress mixture --long            minutes: 1e7 grains of dust, 1e6 sticky disks"
     )]
     Stress(StressCases),
-    /// Ask the judge about replicas of which the truth is known: how often verdicts ring, and how
-    /// often they find what is there.
+    /// Check the error rates of verdicts on replicas with a known truth: how often they raise false
+    /// alarms, and how often they find a planted effect.
     ///
-    /// Some minutes; seconds with --quick. The exit code is 1 if a rate is not as stated.
+    /// Takes some minutes; seconds with --quick. The exit code is 1 if a rate is not as stated.
     Calibrate(Calibrate),
-    /// Make the results that stand in README and docs again, or check them.
+    /// Regenerate the results shown in README and docs, or check them.
     ///
-    /// Without names it makes the cheap ones, in some ten seconds. --check compares the cheap ones
-    /// with new runs, number by number within their errors. Of the costly ones it says whether an
-    /// engine behind them has another statistics version by now. Of blocks with a file in docs/data
-    /// it says whether the text follows from the file. The exit code is 1 if something does not
-    /// hold.
+    /// Without names the cheap blocks are made, in some ten seconds. --check compares the cheap
+    /// blocks with new runs, number by number within their errors. For costly blocks it reports
+    /// engines whose statistics version has changed. For blocks with a file in docs/data it checks
+    /// that the text follows from the file. The exit code is 1 if a check fails.
     Docs(Docs),
-    /// Measure everything that the program claims about accuracy, and say what holds.
+    /// Measure all claims about accuracy of the program, and report which of them hold.
     ///
-    /// Each line states a claim, what was expected, what was found with its standard error, the
-    /// verdict and the cost; the last line says pass or fail. The exit code is 1 unless all is
-    /// well. The whole is meant to end within an hour on two cores, --quick within five minutes.
+    /// Each line shows a claim, the expected value, the value found with its standard error, the
+    /// verdict and the cost. The last line is pass or fail, and the exit code is 1 unless all
+    /// claims hold. The whole takes up to an hour on two cores, --quick five minutes.
     #[command(
         args_conflicts_with_subcommands = true,
         after_help = "Begin with:\n  stosszahl-trials validate --quick                    five minutes\n  \
@@ -78,25 +78,25 @@ pub enum TrialCommand {
     Validate(ValidateArguments),
 }
 
-/// `stosszahl-trials validate`, of the whole or of one engine.
+/// Arguments of `stosszahl-trials validate`: one engine, or all claims about accuracy.
 #[derive(Debug, Args)]
 pub struct ValidateArguments {
-    /// One engine.
+    /// Engine to validate alone; `None` for all claims.
     #[command(subcommand)]
     pub engine: Option<Validate>,
-    /// The whole.
+    /// Options for the validation of all claims.
     #[command(flatten)]
     pub all: ValidateAll,
 }
 
-/// `stosszahl-trials validate` of one engine.
+/// Subcommands of `stosszahl-trials validate`, one for each engine.
 #[derive(Debug, Subcommand)]
 pub enum Validate {
-    /// Monte Carlo schemes against kinetic theory and exact dynamics, with error bars over
+    /// Compare Monte Carlo schemes with kinetic theory and exact dynamics, with error bars over
     /// replicas.
     ///
-    /// Each line states a quantity, what was expected, what was found and, where the scheme claims
-    /// it, the verdict. The exit code is 1 if a claim of the default scheme does not hold.
+    /// Each line shows a quantity, the expected value, the value found and, if the scheme claims
+    /// it, the verdict. The exit code is 1 if a claim of the default scheme fails.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials validate dsmc --quick                   small gases, wide errors\n  \
                       stosszahl-trials validate dsmc --part cooling            only this part\n  \
@@ -105,25 +105,25 @@ pub enum Validate {
     Dsmc(ValidateDsmc),
 }
 
-/// `stosszahl-trials bench`.
+/// Benchmarks of `stosszahl-trials bench`, one for each engine.
 #[derive(Debug, Subcommand)]
 pub enum Bench {
-    /// Event-driven hard disks on one thread: make the start, equilibrate it elastically, then
-    /// time; some seconds.
+    /// Time event-driven hard disks on one thread, after a start that is equilibrated elastically;
+    /// some seconds.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials bench ed                                    10 000 disks, a million collisions\n  \
                       stosszahl-trials bench ed --disks 100000 --packing-fraction 0.7 --json"
     )]
     Ed(BenchEd),
-    /// Monte Carlo: dilute elastic hard disks or spheres in cells of half a mean free path, with a
-    /// constant step; some seconds.
+    /// Time Monte Carlo collisions of dilute elastic hard disks or spheres in cells of half a mean
+    /// free path, with a constant time step; some seconds.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials bench dsmc                              a million simulators, 50 steps\n  \
                       stosszahl-trials bench dsmc --dimension 3 --threads 1 --json"
     )]
     Dsmc(BenchDsmc),
-    /// Monte Carlo of a gas of spheres of a hundred sizes, cooling, on one thread: make the start,
-    /// then time; some seconds.
+    /// Time Monte Carlo collisions of a cooling gas of spheres of a hundred sizes without
+    /// positions, on one thread; some seconds.
     #[command(
         after_help = "Begin with:\n  stosszahl-trials bench mixture                           a million monomers to time 100\n  \
                       stosszahl-trials bench mixture --selection single-majorant --collisions 2000000"
@@ -136,7 +136,8 @@ fn bench(work: &dyn BenchWork, json: bool) -> Done {
     Ok(())
 }
 
-/// Runs the command line, and returns its exit code.
+/// Runs the command given on the command line, prints its error if it fails, and returns the exit
+/// code.
 pub fn execute(arguments: TrialArguments) -> ExitCode {
     let done = match arguments.command {
         TrialCommand::Bench(Bench::Ed(work)) => bench(&work, work.json),

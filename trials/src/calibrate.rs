@@ -1,14 +1,14 @@
-//! Calibration of verdicts, `stosszahl-trials calibrate`: rates of false alarms, and rates at which
-//! planted effects are found.
+//! Calibration of verdicts, `stosszahl-trials calibrate`: measured rates of false alarms and of
+//! detected effects.
 //!
-//! The judge gets replicas of known truth. *Planted* replicas are drawn; their collisions may be
-//! correlated within a replica, as those of a clustered gas, where tests of independent events
-//! fail. *Elastic* replicas are gases from the whole pipeline: a case of two equal species with two
+//! Verdicts are drawn for replicas with a known truth. *Planted* replicas are random numbers. Their
+//! collisions may be correlated within a replica, as in a clustered gas, where tests of independent
+//! events fail. *Elastic* replicas are simulated gases: a case file of two equal species with two
 //! engines, from its text to its verdicts.
 //!
-//! Each rate must lie within four binomial errors of the stated one; by chance, one in 16 000 does
-//! not. A rate of false alarms may also be lower, because the correction over several tests is
-//! cautious.
+//! Each rate must lie within four binomial standard errors of the stated one. By chance, one of 16
+//! 000 does not. A false-alarm rate may also be lower, because the correction for several tests is
+//! conservative.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -32,13 +32,13 @@ use crate::terminal::{say, trial_names};
 use crate::trial::{ENDLESS, chosen, run_options};
 use crate::{Done, Effort, TrialError, TrialLog};
 
-/// `stosszahl-trials calibrate`.
+/// Options of `stosszahl-trials calibrate`, the calibration of verdicts.
 #[derive(Clone, Debug, Args)]
 pub struct Calibrate {
-    /// Only this part; may be repeated [default: all].
+    /// Calibration to run alone; may be repeated [default: all].
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(TRIALS))]
     pub part: Vec<String>,
-    /// Fewer replicas, and 20 elastic cases in place of 500.
+    /// Draw fewer replicas, and run 20 elastic cases instead of 500.
     #[arg(long)]
     pub quick: bool,
 }
@@ -71,7 +71,7 @@ trials! {
 
 mod equivalence;
 
-/// Runs the requested trials and prints their findings.
+/// Runs the requested calibrations of verdicts and prints their reports.
 pub(crate) fn command(asked: &Calibrate) -> Done {
     let effort = Effort {
         quick: asked.quick,
@@ -92,45 +92,46 @@ pub(crate) fn command(asked: &Calibrate) -> Done {
     }
 }
 
-/// Largest deviation of a measured rate from the stated one, in binomial standard errors.
+/// Largest deviation of a measured detection rate from the stated one, in binomial standard errors.
 const FAR: f64 = 4.0;
-/// Chance that a measured rate of false alarms exceeds its bound while the true rate is the stated
-/// one.
+/// Probability that a measured false-alarm rate exceeds its bound by chance, although the true rate
+/// is the stated one.
 const CHANCE: f64 = 1.0 / 16_000.0;
-/// Stated probability of a false alarm.
+/// Stated false-alarm probability of a verdict.
 const LEVEL: f64 = 0.05;
 
-/// Rule with a margin so small that only the side of zero decides.
+/// Verdict rule with a negligible margin, so that only the sign of a difference decides.
 const NARROW: VerdictRule = VerdictRule {
     level: LEVEL,
     margin: 1e-6,
     differ_beyond: 0.0,
 };
 
-/// Returns the fraction of samples for which `found` returns true.
+/// Returns the fraction of random samples for which `found` returns true, from 0 to 1.
 fn rate(samples: usize, found: impl Fn(&mut Xoshiro256PlusPlus) -> bool, seed: u64) -> f64 {
     let mut stream = Xoshiro256PlusPlus::seed_from_u64(seed);
     (0..samples).filter(|_| found(&mut stream)).count() as f64 / samples as f64
 }
 
-/// Returns the highest rate of false alarms that is not against a level: by the binomial law, which
-/// is skewed for few samples. Five of 20 at 5 % have a chance of one in 390, not that of four
-/// errors.
+/// Returns the highest false-alarm rate that chance explains at a stated level, by the binomial
+/// law, which is skewed for few samples. For example, 5 of 20 at 5 % have a probability of 1 in
+/// 390.
 fn highest_rate(level: f64, samples: usize) -> Result<f64, TrialError> {
     let law = Binomial::new(level, samples as u64)?;
     Ok(law.inverse_cdf(1.0 - CHANCE) as f64 / samples as f64)
 }
 
-/// Records a rate of false alarms, which must be at most the level.
-fn alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64) -> Done {
+/// Records a measured false-alarm rate, which must not exceed the stated level beyond chance.
+fn record_alarms(log: &mut TrialLog, what: &str, rate: f64, samples: usize, level: f64) -> Done {
     found!(log; "{what}: {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * level);
     let most = highest_rate(level, samples)?;
     log.at_most(&format!("{what}: false alarms"), rate, most);
     Ok(())
 }
 
-/// Records the rate at which an effect was found, which must be the stated one.
-fn finds(log: &mut TrialLog, what: &str, rate: f64, samples: usize, stated: f64) {
+/// Records a measured detection rate of a planted effect, which must equal the stated power within
+/// errors.
+fn record_detections(log: &mut TrialLog, what: &str, rate: f64, samples: usize, stated: f64) {
     let error = (stated * (1.0 - stated) / samples as f64).sqrt();
     found!(log; "{what}: found in {:.1} of 100 (stated {:.1})", 100.0 * rate, 100.0 * stated);
     let off = (rate - stated).abs();
@@ -141,7 +142,8 @@ fn samples(log: &TrialLog) -> usize {
     if log.effort.quick { 1000 } else { 20_000 }
 }
 
-/// Judges the energies of two engines at some times, each the pairs of all replicas.
+/// Creates the verdict on the energies of two engines from pairs of replicas at several times.
+/// `None` without enough data.
 fn judge_energies(
     pairs: &[Vec<(f64, f64)>],
     times: &[f64],
@@ -159,9 +161,9 @@ fn judge_energies(
     ComparedPair { comparison, places }.judge(pairs)
 }
 
-/// Returns true if the judge calls the energies of two engines different, whose means have the
-/// quotient exp(`log_ratio`). Energies of replicas have a relative standard deviation of 3 %; a
-/// third of its square is common to all times.
+/// Draws energies of two engines whose means have the ratio exp(`log_ratio`), and returns true if
+/// the verdict is *differ*. Replicas have a relative standard deviation of 3 %, and a third of the
+/// variance is common to all times.
 fn energies_differ(
     stream: &mut Xoshiro256PlusPlus,
     log_ratio: f64,
@@ -188,20 +190,20 @@ fn energies(log: &mut TrialLog) -> Done {
     for replicas in [2, 4, 8] {
         let differ = |stream: &mut _| energies_differ(stream, 0.0, &times, replicas);
         let rate = rate(samples, differ, 1);
-        alarms(log, &format!("{replicas} replicas"), rate, samples, LEVEL)?;
+        record_alarms(log, &format!("{replicas} replicas"), rate, samples, LEVEL)?;
     }
     Ok(())
 }
 
-/// Creates a window of impact parameters without collisions.
+/// Creates an empty time window of collisions, for the distribution of impact parameters.
 fn empty_window(span: [f64; 2]) -> CollisionWindow {
     CollisionWindows::new(&[span], 20, 1, 0.0, 1.0)
         .windows
         .remove(0)
 }
 
-/// Creates the window of one replica, with drawn collisions whose impact parameters have the
-/// density 1 + slope (u - 1/2) + curvature (6 (u - 1/2)² - 1/2).
+/// Draws the collisions of one replica. Impact parameters u = b/d have the density 1 + slope (u -
+/// 1/2) + curvature (6 (u - 1/2)² - 1/2).
 fn window(
     stream: &mut Xoshiro256PlusPlus,
     collisions: u64,
@@ -223,9 +225,9 @@ fn window(
     window
 }
 
-/// Returns true if the judge calls the impact parameters of replicas not uniform, each replica with
-/// a random slope and curvature of its own.
-fn bends(
+/// Draws impact parameters of replicas, each with its own random slope and curvature, and returns
+/// true if the verdict is that they are not uniform.
+fn is_not_uniform(
     stream: &mut Xoshiro256PlusPlus,
     [replicas, collisions]: [usize; 2],
     slope: f64,
@@ -249,12 +251,12 @@ fn impact_parameters(log: &mut TrialLog) -> Done {
     let own = (4.0 * 12.0 / COLLISIONS as f64).sqrt();
     for (what, own) in [("independent", 0.0), ("over-dispersed", own)] {
         for replicas in [2, 4, 12] {
-            let bends = |stream: &mut _| bends(stream, [replicas, COLLISIONS], 0.0, own);
+            let bends = |stream: &mut _| is_not_uniform(stream, [replicas, COLLISIONS], 0.0, own);
             let (what, rate) = (
                 format!("{what}, {replicas} replicas"),
                 rate(samples, bends, 2),
             );
-            alarms(log, &what, rate, samples, LEVEL)?;
+            record_alarms(log, &what, rate, samples, LEVEL)?;
         }
     }
     Ok(())
@@ -267,7 +269,7 @@ fn planted_energy(log: &mut TrialLog) -> Done {
     for replicas in [4, replicas_needed(effect, LEVEL, FOUND)] {
         let differ = |stream: &mut _| energies_differ(stream, 1.05_f64.ln(), &[1.0], replicas);
         let (what, rate) = (format!("{replicas} replicas"), rate(samples, differ, 3));
-        finds(log, &what, rate, samples, power(effect, replicas, LEVEL));
+        record_detections(log, &what, rate, samples, power(effect, replicas, LEVEL));
     }
     Ok(())
 }
@@ -279,7 +281,7 @@ fn planted_slope(log: &mut TrialLog) -> Done {
     // Half of the level is that of the slope, half that of the shape.
     let effect = 0.02 / (12.0 / COLLISIONS as f64).sqrt();
     for replicas in [4, replicas_needed(effect, 0.5 * LEVEL, FOUND)] {
-        let bends = |stream: &mut _| bends(stream, [replicas, COLLISIONS], 0.02, 0.0);
+        let bends = |stream: &mut _| is_not_uniform(stream, [replicas, COLLISIONS], 0.02, 0.0);
         let rate = rate(samples, bends, 4);
         let stated = power(effect, replicas, 0.5 * LEVEL);
         // False alarms of the shape where the trend is not found: at most half the level more.
@@ -292,7 +294,7 @@ fn planted_slope(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Runs a case with a seed into a folder, which it replaces.
+/// Runs a case file text with a seed and writes the results to `folder`, which is overwritten.
 fn run_case_text(text: &str, seed: usize, folder: &Path) -> Result<RunSummary, TrialError> {
     let set = [format!("seed={seed}")];
     let file = stosszahl_study::format().from_text(Path::new("case.toml"), text, &set)?;
@@ -301,10 +303,10 @@ fn run_case_text(text: &str, seed: usize, folder: &Path) -> Result<RunSummary, T
     Ok(run_case(&file, &options)?)
 }
 
-/// Chance of a false alarm of an elastic case, which two engines of two families share.
+/// False-alarm probability of one elastic case, shared by two engines and two families of tests.
 const STATED: f64 = 0.2;
 
-/// Text of the case file of an elastic gas.
+/// Case file text of an elastic gas of two equal species with two engines.
 const ELASTIC: &str = "format = 2
 title = \"An elastic gas\"
 replicas = 4
@@ -350,7 +352,7 @@ fn elastic(log: &mut TrialLog) -> Done {
     must!(log, verdicts >= 4 * cases; "{verdicts} verdicts of {cases} cases");
     let share = |count: usize| count as f64 / cases as f64;
     for (topic, count) in families {
-        alarms(log, &topic, share(count), cases, STATED / 4.0)?;
+        record_alarms(log, &topic, share(count), cases, STATED / 4.0)?;
     }
-    alarms(log, "any in a case", share(any), cases, STATED)
+    record_alarms(log, "any in a case", share(any), cases, STATED)
 }

@@ -1,4 +1,4 @@
-//! Findings of a trial.
+//! Log of a trial: its findings, its faults and its rows of claims.
 
 use std::any::Any;
 use std::io::Write;
@@ -9,10 +9,10 @@ use stosszahl_analysis::statistics::Estimate;
 use crate::table::{RowPlace, TrialTableRow};
 use crate::{Done, Effort};
 
-/// Numbers, faults and rows of one trial.
+/// Log of one trial: findings as sentences, faults, and rows of claims.
 #[derive(Debug)]
 pub struct TrialLog {
-    /// Amount of work of the trial.
+    /// Amount of work of the trial: quick, normal or long.
     pub effort: Effort,
     trial: &'static str,
     about: String,
@@ -22,11 +22,11 @@ pub struct TrialLog {
     rows: Vec<TrialTableRow>,
 }
 
-/// Largest number of listed faults of a trial; further faults are only counted.
+/// Largest number of faults of a trial that are listed; further ones are only counted.
 const MOST_FAULTS: usize = 8;
 
 impl TrialLog {
-    /// Creates empty findings.
+    /// Creates an empty log for a trial.
     pub fn new(trial: &'static str, effort: Effort) -> Self {
         Self {
             effort,
@@ -39,7 +39,7 @@ impl TrialLog {
         }
     }
 
-    /// Sets the name of the gas in front of the faults that follow.
+    /// Sets the name of the gas that precedes the faults recorded later.
     pub fn about(&mut self, what: impl Into<String>) {
         self.about = what.into();
     }
@@ -51,17 +51,17 @@ impl TrialLog {
         }
     }
 
-    /// Records a sentence about what the trial found.
+    /// Records a finding of the trial, as a sentence.
     pub fn found(&mut self, text: impl Into<String>) {
         self.found.push(text.into());
     }
 
-    /// Records a finding, with the name of the current gas in front.
+    /// Records a finding of the trial, preceded by the name of the current gas.
     pub fn found_in_gas(&mut self, text: &str) {
         self.found.push(self.with_gas_name(text));
     }
 
-    /// Records a claim, and prints it at once.
+    /// Records a row of a claim, and prints it at once if rows are to be printed.
     pub fn add(&mut self, row: TrialTableRow) {
         if let Some(say) = self.effort.say {
             say(&row.line());
@@ -69,7 +69,8 @@ impl TrialLog {
         self.rows.push(row);
     }
 
-    /// Records a claim about a quantity; `tolerance` is absolute, and `None` if nothing is claimed.
+    /// Records a claim about a measured quantity. The tolerance is absolute; `None` means that
+    /// nothing is claimed.
     pub(crate) fn claim(
         &mut self,
         place: &RowPlace,
@@ -81,12 +82,12 @@ impl TrialLog {
         self.add(place.row(quantity, expected, found, tolerance));
     }
 
-    /// Returns the rows of all claims so far.
+    /// Returns the rows of all claims recorded so far.
     pub fn rows(&self) -> &[TrialTableRow] {
         &self.rows
     }
 
-    /// Records a fault, with the name of the current gas in front.
+    /// Records a fault of the trial, preceded by the name of the current gas.
     pub fn fault(&mut self, text: impl AsRef<str>) {
         if self.faults.len() < MOST_FAULTS {
             self.faults.push(self.with_gas_name(text.as_ref()));
@@ -102,8 +103,8 @@ impl TrialLog {
         must!(self, holds; "{what}: {size:.3e}, allowed {bound:.3e}");
     }
 
-    /// Runs one of several attempts of a trial; a panic in it is a fault and ends only this
-    /// attempt.
+    /// Runs one of several attempts of a trial. An error or a panic becomes a fault and ends only
+    /// this attempt.
     pub fn guard(&mut self, attempt: impl FnOnce(&mut Self) -> Done) {
         match catch_unwind(AssertUnwindSafe(|| attempt(self))) {
             Ok(Ok(())) => {}
@@ -112,7 +113,7 @@ impl TrialLog {
         }
     }
 
-    /// Shows the progress of long work.
+    /// Prints the progress of a long trial to standard error, if progress is requested.
     pub fn progress(&self, share: f64, detail: &str) {
         if self.effort.tell {
             let (trial, share) = (self.trial, 100.0 * share);
@@ -121,7 +122,7 @@ impl TrialLog {
         }
     }
 
-    /// Returns the findings, faults and rows.
+    /// Converts the log to its findings, faults and rows of claims.
     pub(crate) fn into_parts(mut self) -> (Vec<String>, Vec<String>, Vec<TrialTableRow>) {
         if self.hidden > 0 {
             self.faults.push(format!("and {} more", self.hidden));
@@ -130,7 +131,7 @@ impl TrialLog {
     }
 }
 
-/// Returns the message of a panic.
+/// Returns the message of a caught panic.
 pub(crate) fn said(panic: Box<dyn Any + Send>) -> String {
     match panic.downcast::<String>() {
         Ok(text) => *text,

@@ -1,4 +1,4 @@
-//! Gases of the trials: scenes, boxes, starts, engines.
+//! Gases for trials of the engines: particle models, boxes, initial states and engines.
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
@@ -17,23 +17,23 @@ use stosszahl_model::{
 
 use crate::TrialError;
 
-/// Smooth particles in free flight, with the law that programs have: trials test the engines that
-/// users run.
+/// Smooth particles in free flight between collisions, with the contact law that user programs
+/// have. Trials thus test the same engines.
 pub type SmoothParticles<S, Z = Monodisperse> = Scene<S, Smooth, Law, Z, Free>;
-/// Smooth equal disks of diameter and mass one.
+/// Smooth equal hard disks of diameter and mass one.
 pub type EqualDisks = SmoothParticles<Plane>;
-/// Disks of different sizes.
+/// Smooth hard disks, each with its own radius and mass.
 pub type DiskMixture = SmoothParticles<Plane, Polydisperse>;
-/// Spheres of several species.
+/// Smooth hard spheres of several species.
 pub type Spheres = SmoothParticles<Volume, Species>;
 
-/// Sizes of unit disks: diameter and mass one.
+/// Size of unit disks: diameter and mass one.
 pub const UNIT: Monodisperse = Monodisperse {
     radius: 0.5,
     mass: 1.0,
 };
 
-/// Parameters of a Monte Carlo scheme unless a trial sets others.
+/// Default parameters of a Monte Carlo scheme in trials.
 pub const PLAIN: Parameters = Parameters {
     scheme: Scheme::Boltzmann,
     displacement: PartnerDisplacement::None,
@@ -44,7 +44,8 @@ pub const PLAIN: Parameters = Parameters {
     max_contact_value: 10.0,
 };
 
-/// Creates a scene of smooth particles in free flight.
+/// Creates the model of smooth particles in free flight, with a coefficient of restitution and
+/// sizes.
 pub(crate) fn particles<S: Space, Z: Sizes>(
     restitution: impl Into<Law>,
     sizes: Z,
@@ -63,20 +64,22 @@ pub(crate) fn law(restitution: f64) -> Result<Law, TrialError> {
     Ok(Constant::new(restitution)?.into())
 }
 
-/// Creates unit disks with a restitution.
+/// Creates the model of unit disks with a coefficient of restitution.
 ///
 /// # Errors
+///
 /// As `law`.
 pub fn disks(restitution: f64) -> Result<EqualDisks, TrialError> {
     Ok(particles(law(restitution)?, UNIT))
 }
 
-/// Creates disks of different sizes, (radius, mass) each.
+/// Creates the model of disks with the given (radius, mass) pairs and a coefficient of restitution.
 pub(crate) fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<DiskMixture, TrialError> {
     Ok(particles(law(restitution)?, Polydisperse::new(sizes)?))
 }
 
-/// Creates spheres of species, (diameter, mass, number) each.
+/// Creates the model of sphere species, given as (diameter, mass, number), with a coefficient of
+/// restitution.
 pub(crate) fn spheres(
     kinds: &[(f64, f64, usize)],
     restitution: f64,
@@ -92,18 +95,18 @@ pub(crate) fn spheres(
     Ok(particles(law(restitution)?, species))
 }
 
-/// Creates a periodic box.
+/// Creates a periodic rectangular box with a width and a height \[length\].
 pub(crate) fn domain(width: f64, height: f64) -> Result<Domain<Plane>, TrialError> {
     Ok(Domain::periodic(vector![width, height])?)
 }
 
-/// Creates the square box in which `count` unit disks have a packing fraction.
+/// Creates the periodic square box in which `count` unit disks have the given packing fraction.
 pub(crate) fn square(count: usize, packing: f64) -> Result<Domain<Plane>, TrialError> {
     let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
     domain(side, side)
 }
 
-/// Creates a state of particles without spin at time zero.
+/// Creates a state at time zero from positions and velocities of particles without spin.
 pub(crate) fn state<P: ParticleModel>(
     domain: Domain<P::Space>,
     bodies: impl IntoIterator<Item = (VectorOf<P>, VectorOf<P>)>,
@@ -118,7 +121,7 @@ pub(crate) fn state<P: ParticleModel>(
     }
 }
 
-/// Converts unit disks to the common interface of all engines.
+/// Converts a state of unit disks to the particle list that all engines share.
 pub(crate) fn particles_of(state: &State<EqualDisks>) -> stosszahl_model::Particles {
     let particle = |body: &ParticleState<EqualDisks>| Particle {
         position: body.position.spatial(),
@@ -134,8 +137,8 @@ pub(crate) fn particles_of(state: &State<EqualDisks>) -> stosszahl_model::Partic
     }
 }
 
-/// Creates a state of particles at these positions with Maxwellian velocities: temperature one, no
-/// momentum.
+/// Creates a state of particles at given positions with Maxwellian velocities, at temperature one
+/// and zero total momentum.
 pub(crate) fn warm<P: ParticleModel>(
     scene: &P,
     domain: Domain<P::Space>,
@@ -149,12 +152,12 @@ pub(crate) fn warm<P: ParticleModel>(
     state
 }
 
-/// Creates the random numbers of a trial.
+/// Creates the random number stream of a trial from a seed.
 pub(crate) fn random(seed: u64) -> Stream {
     Streams::new(seed, 0).stream_at(Purpose::Placement, [0, 0])
 }
 
-/// Draws positions uniform in a rectangle, overlapping or not.
+/// Draws uniform random positions in a rectangle. Particles there may overlap.
 pub(crate) fn scattered(
     count: usize,
     low: [f64; 2],
@@ -165,10 +168,11 @@ pub(crate) fn scattered(
     (0..count).map(|_| vector![place(0), place(1)]).collect()
 }
 
-/// Draws positions of disks without overlap.
+/// Draws random positions of disks without overlap in a periodic box.
 ///
 /// # Errors
-/// [`PlacementError`](initial::PlacementError) if one finds no place.
+///
+/// [`PlacementError`](initial::PlacementError) if a disk finds no free position.
 pub(crate) fn random_places<Z: Sizes>(
     sizes: &Z,
     count: usize,
@@ -187,8 +191,8 @@ pub(crate) fn random_places<Z: Sizes>(
     Ok(found?.positions)
 }
 
-/// Creates a Maxwellian gas of unit disks at temperature one, `aspect` being the height over width
-/// of its box.
+/// Creates a Maxwellian gas of unit disks at temperature one, in a box whose height over width is
+/// `aspect`.
 pub(crate) fn fluid(
     arrangement: Arrangement,
     disks: usize,
@@ -206,7 +210,7 @@ pub(crate) fn fluid(
     Ok(warm(&scene, domain, placed.positions, seed))
 }
 
-/// Creates a disordered gas of unit disks at temperature one in a square box.
+/// Creates a gas of randomly placed unit disks at temperature one in a square box.
 ///
 /// # Errors
 /// As `fluid`.
@@ -214,8 +218,8 @@ pub fn disordered(disks: usize, packing: f64, seed: u64) -> Result<State<EqualDi
     fluid(Arrangement::Disordered, disks, packing, 1.0, seed)
 }
 
-/// Returns a gas after a number of elastic collisions of each disk under exact dynamics, at time
-/// zero.
+/// Equilibrates unit disks by a number of elastic collisions per disk under exact dynamics, and
+/// resets the time to zero.
 pub(crate) fn relaxed(
     start: State<EqualDisks>,
     collisions_each: f64,
@@ -229,8 +233,8 @@ pub(crate) fn relaxed(
     Ok(state)
 }
 
-/// Creates a gas without positions, with a number of particles in a volume and a temperature for
-/// each species.
+/// Creates an engine for a gas without positions, with a particle number, a volume and a
+/// temperature of each species.
 pub(crate) fn without_positions<P: SmoothPhysics, S: SelectionMethod<P>>(
     scene: P,
     contact: PairCorrelationFactor,

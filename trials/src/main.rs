@@ -1,4 +1,4 @@
-//! The `stosszahl-trials` command.
+//! Entry point of the `stosszahl-trials` command.
 
 use std::process::ExitCode;
 

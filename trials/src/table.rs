@@ -1,4 +1,4 @@
-//! Rows of claims: a claim, what was expected, what was found, and the verdict.
+//! Claims about accuracy as table rows: expected value, found value with its error, and verdict.
 
 use std::fmt::Write as _;
 
@@ -7,21 +7,22 @@ use stosszahl_results as results;
 
 use crate::TrialError;
 
-/// Verdict of `stosszahl-trials validate` on a claim.
+/// Verdict of the validation on a claim about accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowVerdict {
-    /// The claim holds: within the tolerance, with an error bar of at most half the tolerance.
+    /// Verdict that the claim holds: the value is within the tolerance, with a standard error of at
+    /// most half the tolerance.
     Pass,
-    /// The claim does not hold: the value is not within the tolerance.
+    /// Verdict that the claim does not hold: the value is beyond the tolerance.
     Fail,
-    /// The error bar is too wide to tell if the claim holds.
+    /// Verdict that the standard error is too wide to tell if the claim holds.
     Unresolved,
-    /// Nothing is claimed about the measured value.
+    /// Verdict that nothing is claimed: the value is only measured.
     Measured,
 }
 
 impl RowVerdict {
-    /// Returns the verdict as a word for the table.
+    /// Returns the verdict on a claim as a word for tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -32,44 +33,46 @@ impl RowVerdict {
     }
 }
 
-/// Claim with expected and found value, error and verdict.
+/// Claim about a measured quantity: expected and found value, error, tolerance and verdict.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialTableRow {
-    /// Part, scheme and setting of the row.
+    /// Part of the validation, scheme, setting and gas that the claim is about.
     pub place: RowPlace,
-    /// Measured quantity, with its unit.
+    /// Name of the measured quantity, with its unit.
     pub quantity: String,
-    /// Expected value, from theory or from another engine.
+    /// Expected value of the quantity, from theory or from another engine.
     pub expected: f64,
-    /// Measured value.
+    /// Measured value of the quantity that the claim is about.
     pub found: f64,
-    /// Standard error of the value found (and of the expected value, where that was measured too).
+    /// Standard error of the measured value, including that of the expected value if it was
+    /// measured too.
     pub standard_error: f64,
-    /// Largest deviation from the expected value; `None` if nothing is claimed.
+    /// Largest deviation from the expected value that passes; `None` if nothing is claimed.
     pub tolerance: Option<f64>,
-    /// Verdict on the measured value.
+    /// Verdict on the claim about the measured value.
     pub verdict: RowVerdict,
 }
 
-/// Part, scheme and setting of a row.
+/// Part of the validation, scheme, resolution and gas that rows of claims have in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowPlace {
-    /// Part of the validation.
+    /// Name of the part of the validation, such as `elastic` or `cooling`.
     pub part: &'static str,
-    /// Name of the scheme.
+    /// Name of the Monte Carlo scheme or of the exact dynamics.
     pub scheme: String,
-    /// Resolution of the scheme, in words.
+    /// Resolution of the scheme, as text.
     pub setting: String,
-    /// Packing fraction of the gas.
+    /// Packing fraction of the gas that the claims are about.
     pub packing: f64,
-    /// CPU time of the runs behind its rows, which may share them \[s\].
+    /// CPU time of the runs behind the rows, which may share them \[s\].
     pub seconds: f64,
-    /// True if the row belongs to the default scheme.
+    /// True if the row belongs to the default scheme, whose claims must hold.
     pub default: bool,
 }
 
 impl RowPlace {
-    /// Creates the part, scheme and setting of claims that must hold.
+    /// Creates the common part of rows whose claims must hold: part, scheme, setting, packing
+    /// fraction and CPU time \[s\].
     pub fn new(
         part: &'static str,
         scheme: impl Into<String>,
@@ -87,8 +90,7 @@ impl RowPlace {
         }
     }
 
-    /// Returns the same part, scheme and setting for claims that must hold only if `default` is
-    /// true.
+    /// Sets whether the claims of these rows must hold, as those of the default scheme.
     #[must_use]
     pub fn only_default(self, default: bool) -> Self {
         Self { default, ..self }
@@ -98,7 +100,7 @@ impl RowPlace {
         (self.part, &self.scheme, &self.setting, self.packing)
     }
 
-    /// Creates a row about a quantity without a statistical error.
+    /// Creates a row for a quantity without a statistical error.
     pub fn exact(
         &self,
         quantity: impl Into<String>,
@@ -109,7 +111,8 @@ impl RowPlace {
         self.row(quantity, expected, estimate(found, 0.0), Some(tolerance))
     }
 
-    /// Creates a row about a quantity; `tolerance` is absolute, and `None` if nothing is claimed.
+    /// Creates a row for a quantity with a statistical error. The tolerance is absolute; `None`
+    /// means that nothing is claimed.
     pub fn row(
         &self,
         quantity: impl Into<String>,
@@ -130,8 +133,8 @@ impl RowPlace {
     }
 }
 
-/// Number of standard errors by which a value must be beyond its tolerance to be called wrong
-/// (false alarm 0.1 % each where it is exactly at its tolerance).
+/// Number of standard errors beyond the tolerance at which a value counts as wrong. A value exactly
+/// at its tolerance then fails with probability 0.1 %.
 const SURE: f64 = 3.09;
 
 fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> RowVerdict {
@@ -149,8 +152,8 @@ fn verdict(expected: f64, found: f64, error: f64, tolerance: Option<f64>) -> Row
     }
 }
 
-/// Formats tolerance, expected value, found value and its error: in powers of ten where four
-/// decimals show nothing.
+/// Formats tolerance, expected value, found value and its error, with four decimals, or in powers
+/// of ten for tiny tolerances.
 pub(crate) fn numbers(tolerance: Option<f64>, values: [f64; 3]) -> [String; 4] {
     let small = tolerance.is_some_and(|tolerance| tolerance < 1e-6);
     let show = |value: f64| {
@@ -171,7 +174,8 @@ impl TrialTableRow {
         numbers(self.tolerance, values)
     }
 
-    /// Formats the row as a line of the terminal: verdict, setting, quantity, expected and found.
+    /// Formats a claim as a line of the terminal: verdict, setting, quantity, expected and found
+    /// value.
     pub fn line(&self) -> String {
         let [within, expected, found, error] = self.numbers();
         let within = self
@@ -185,7 +189,7 @@ impl TrialTableRow {
         )
     }
 
-    /// Returns true if more gases would hardly change the verdict.
+    /// Returns true if more replicas would hardly change the verdict.
     pub fn is_decided(&self) -> bool {
         let Some(tolerance) = self.tolerance else {
             return true;
@@ -195,7 +199,7 @@ impl TrialTableRow {
     }
 }
 
-/// Creates an estimate from a value and its standard error.
+/// Creates an `Estimate` from a value and its standard error.
 pub fn estimate(value: f64, standard_error: f64) -> Estimate {
     Estimate {
         value,
@@ -204,16 +208,17 @@ pub fn estimate(value: f64, standard_error: f64) -> Estimate {
     }
 }
 
-/// Mean of values over replicas, with its standard error.
+/// Averages values over replicas, with the standard error of their mean.
 ///
 /// # Errors
-/// [`TrialError`] if there is nothing to average.
+///
+/// [`TrialError`] if there are no values.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Result<Estimate, TrialError> {
     let values: Vec<f64> = values.into_iter().collect();
     Estimate::over_replicas(&values).ok_or_else(|| TrialError::failed("no replicas"))
 }
 
-/// Ratio of two measured numbers: their relative errors add in squares.
+/// Divides two estimates with independent errors; their relative errors add in squares.
 pub fn against(found: Estimate, other: Estimate) -> Estimate {
     let errors = found.standard_error.zip(other.standard_error);
     let value = found.value / other.value;
@@ -225,7 +230,7 @@ pub fn against(found: Estimate, other: Estimate) -> Estimate {
     }
 }
 
-/// Divides an estimate by an exact number.
+/// Divides an estimate and its standard error by an exact number.
 pub fn divided_by(found: Estimate, unit: f64) -> Estimate {
     Estimate {
         value: found.value / unit,
@@ -234,7 +239,7 @@ pub fn divided_by(found: Estimate, unit: f64) -> Estimate {
     }
 }
 
-/// Formats the table in Markdown.
+/// Formats rows of claims as a Markdown table.
 pub fn markdown(rows: &[TrialTableRow]) -> String {
     let mut text = String::from(
         "| part | scheme | setting | packing | quantity | expected | within | found | verdict | CPU s |\n\
@@ -255,7 +260,7 @@ pub fn markdown(rows: &[TrialTableRow]) -> String {
     text
 }
 
-/// Creates the table of claims without rows.
+/// Creates the result table of claims, with columns and without rows.
 pub(crate) fn columns() -> results::Table {
     results::table! {
         "validation", "Claims about accuracy: what was expected, what was found, and the verdict.";
@@ -273,7 +278,7 @@ pub(crate) fn columns() -> results::Table {
     }
 }
 
-/// Creates the table of claims from its rows.
+/// Creates the result table of claims from its rows.
 pub(crate) fn table(rows: &[TrialTableRow]) -> results::Table {
     let mut table = columns();
     for row in rows {

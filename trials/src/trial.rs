@@ -1,4 +1,5 @@
-//! Definition of a trial, and the loop that runs trials.
+//! Definition of a trial with its log, and the function that runs it in a separate thread with a
+//! time limit.
 
 use std::fmt;
 use std::path::Path;
@@ -16,7 +17,7 @@ use crate::table::TrialTableRow;
 use crate::validate::schemes::Method;
 use crate::{Done, TrialError, TrialLog};
 
-/// Records a fault, in words, unless a condition holds.
+/// Macro that records a formatted fault in the trial's log unless a condition holds.
 macro_rules! must {
     ($findings:expr, $holds:expr; $($text:tt)+) => {
         let holds: bool = $holds;
@@ -27,7 +28,7 @@ macro_rules! must {
     };
 }
 
-/// Records a finding, in words.
+/// Macro that records a formatted finding in the trial's log.
 macro_rules! found {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
@@ -35,7 +36,7 @@ macro_rules! found {
     };
 }
 
-/// Records a finding about the current gas.
+/// Macro that records a formatted finding about the current gas in the trial's log.
 macro_rules! found_in_gas {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
@@ -43,7 +44,7 @@ macro_rules! found_in_gas {
     };
 }
 
-/// Names the current gas for the following findings.
+/// Macro that sets the name of the current gas in the trial's log.
 macro_rules! about {
     ($findings:expr; $($text:tt)+) => {
         let text = format!($($text)+);
@@ -51,11 +52,11 @@ macro_rules! about {
     };
 }
 
-/// Defines a table of trials: `name => function, what is tried, what must hold` and, if it is not
-/// [`LIMIT`], the time in seconds.
+/// Macro that defines a table of trials: `name => function, what is tried, what must hold` and, if
+/// it is not [`LIMIT`], the time limit in seconds.
 macro_rules! trials {
     ($($name:literal => $body:expr, $tried:literal, $required:literal $(, $limit:expr)?;)+) => {
-        /// All trials of the table, in the order in which they are run.
+        /// All trials of this module's table, in the order in which they are run.
         pub const TRIALS: &[$crate::TrialRow] = &[$({
             let trial = $crate::TrialRow::new($name, $body, $tried, $required);
             $(let trial = trial.with_limit($limit);)?
@@ -64,39 +65,39 @@ macro_rules! trials {
     };
 }
 
-/// Amount of work of trials, and the report of its progress.
+/// Amount of work of trials, and the way in which they report.
 #[derive(Clone, Debug, Default)]
 pub struct Effort {
-    /// True for a minute instead of an hour: few and small gases.
+    /// True for quick trials: a minute instead of an hour, with few and small gases.
     pub quick: bool,
-    /// True for hours instead of seconds.
+    /// True for long trials: hours instead of seconds.
     pub long: bool,
-    /// Collisions of the runs whose length can be set; otherwise each trial has its own number.
+    /// Number of collisions of trials whose length can be set; `None` for each trial's own number.
     pub collisions: Option<u64>,
-    /// Monte Carlo schemes to validate.
+    /// Monte Carlo schemes that validation trials test.
     pub methods: Vec<Method>,
-    /// True if progress is shown on standard error.
+    /// True if trials print their progress to standard error.
     pub tell: bool,
-    /// Function that receives the line of each claim.
+    /// Function that prints the line of each claim; `None` for silence.
     pub say: Option<fn(&str)>,
 }
 
-/// Row of a table of trials: name, description, and the function that is run.
+/// Trial as a table row: name, description, required conditions, and the function that runs it.
 #[derive(Clone, Copy, Debug)]
 pub struct TrialRow {
-    /// Name on the command line.
+    /// Name of the trial on the command line.
     pub name: &'static str,
-    /// Description of what the trial does.
+    /// Description of what the trial tries.
     pub tried: &'static str,
-    /// Conditions that must hold.
+    /// Conditions that must hold for the trial to pass.
     pub required: &'static str,
     body: fn(&mut TrialLog) -> Done,
     limit: Duration,
 }
 
-/// Time limit of a short trial, far above the time of any: beyond it, the trial counts as endless.
+/// Time limit of a short trial, far above its usual time. A trial that exceeds it fails.
 const LIMIT: Duration = Duration::from_mins(2);
-/// Time limit that stands for no limit \[s\].
+/// Value of a trial's time limit that means no limit \[s\].
 pub(crate) const ENDLESS: u64 = u64::MAX;
 
 impl TrialRow {
@@ -115,14 +116,14 @@ impl TrialRow {
         }
     }
 
-    /// Returns this trial with another time limit \[s\].
+    /// Sets the time limit of the trial \[s\].
     pub(crate) const fn with_limit(mut self, seconds: u64) -> Self {
         self.limit = Duration::from_secs(seconds);
         self
     }
 
-    /// Runs the trial in its own thread with a time limit. Neither a panic nor an endless loop in
-    /// it harms the caller, but an endless loop keeps a thread busy until the program ends.
+    /// Runs the trial in a separate thread with a time limit. A panic becomes a fault. An endless
+    /// loop also fails, but keeps its thread busy until the program ends.
     pub fn run_trial(self, effort: &Effort) -> TrialReport {
         let began = Instant::now();
         let (sender, receiver) = channel();
@@ -171,7 +172,8 @@ impl TrialRow {
     }
 }
 
-/// Returns the items requested by name; all if no name is given.
+/// Returns the list elements whose names were requested on the command line; all elements without a
+/// request.
 pub(crate) fn chosen<T: Copy>(
     all: &[T],
     name: impl Fn(&T) -> &'static str,
@@ -191,7 +193,7 @@ pub(crate) fn chosen<T: Copy>(
     wanted.iter().map(named).collect()
 }
 
-/// Returns the options of a run of a case, on all cores, without a report of its progress.
+/// Returns the options to run a case from a trial: on all cores, without progress output.
 pub(crate) fn run_options<'a>(
     out: Option<&Path>,
     existing: Existing,
@@ -209,28 +211,28 @@ pub(crate) fn run_options<'a>(
     }
 }
 
-/// Outcome of a trial.
+/// Outcome of a trial: findings, faults, claims and its run time.
 #[derive(Clone, Debug, Serialize)]
 pub struct TrialReport {
-    /// Name of the trial.
+    /// Name of the trial on the command line and in reports.
     pub name: &'static str,
-    /// Description of what the trial did.
+    /// Description of what the trial tried.
     pub tried: &'static str,
-    /// Conditions that must hold.
+    /// Conditions that had to hold for the trial to pass.
     pub required: &'static str,
-    /// Findings, one sentence each.
+    /// Findings of the trial, one sentence each.
     pub found: Vec<String>,
-    /// Conditions that do not hold; empty if the trial passed.
+    /// Conditions of the trial that did not hold; empty if it passed.
     pub faults: Vec<String>,
-    /// Wall time of the trial \[s\].
+    /// Wall time that the trial took \[s\].
     pub seconds: f64,
-    /// Claims with their verdicts.
+    /// Claims about accuracy that the trial tested, with their verdicts.
     #[serde(skip)]
     pub rows: Vec<TrialTableRow>,
 }
 
 impl TrialReport {
-    /// Returns true if all conditions held.
+    /// Returns true if the trial has no faults.
     pub fn passed(&self) -> bool {
         self.faults.is_empty()
     }
@@ -254,7 +256,7 @@ impl fmt::Display for TrialReport {
 mod tests {
     use super::*;
 
-    /// Every kind of fault in the body of a trial fails it.
+    /// Tests that every kind of fault in the body of a trial fails it.
     #[test]
     fn faults_panics_and_endless_loops_fail() {
         let trial = |body| TrialRow::new("trial", body, "", "");

@@ -1,4 +1,4 @@
-//! Errors of trials that cannot be run, and of commands that fail.
+//! Error type of trials that cannot be run, and of commands that fail.
 
 use std::error::Error;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use stosszahl_dsmc::homogeneous::HomogeneousError;
 use stosszahl_model::{InvalidValue, initial::PlacementError};
 
-/// Reason why a trial could not be run, or a command fails: any error, or a text.
+/// Error of a trial or a command: another error, or a text.
 #[derive(Debug)]
 pub struct TrialError {
     source: Box<dyn Error + Send + Sync>,
@@ -14,24 +14,24 @@ pub struct TrialError {
 }
 
 impl TrialError {
-    /// Creates the error of refused input, with the value found and the values allowed.
+    /// Creates the error of invalid input. The text states the value found and the values allowed.
     pub fn refused(text: impl Into<String>) -> Self {
         let (source, refused) = (text.into().into(), true);
         Self { source, refused }
     }
 
-    /// Creates the error of a condition that does not hold, or of work that could not be done.
+    /// Creates the error of a condition that does not hold, or of failed work.
     pub fn failed(text: impl Into<String>) -> Self {
         let (source, refused) = (text.into().into(), false);
         Self { source, refused }
     }
 
-    /// Returns the error, if it is of this type.
+    /// Returns the underlying error if it has the type E.
     pub fn downcast_ref<E: Error + 'static>(&self) -> Option<&E> {
         self.source.downcast_ref()
     }
 
-    /// Exit code of the program: 2 for refused input, 1 for a failure.
+    /// Returns the exit code of the program: 2 for invalid input, 1 for a failure.
     pub(crate) fn exit_code(&self) -> u8 {
         if self.refused { 2 } else { 1 }
     }

@@ -1,49 +1,58 @@
-//! Corrections to Enskog's theory of first order in density, by the dynamics of three disks.
+//! First-order density corrections to Enskog's theory of hard disks, by Monte Carlo over the
+//! dynamics of three disks.
 //!
-//! Two disks that have just met stand in each other's way. A third disk that would have met one of
-//! them from behind cannot do so, or it meets the other first and sends it back to its partner.
+//! Two disks that have just collided shield each other. A third disk that would have hit one of
+//! them from behind cannot do so, or it hits the other first and sends it back to its partner.
 //!
-//! To first order in density only three disks matter: the third one is anywhere without an overlap,
-//! with a Maxwellian velocity. Such a cluster expansion is that of the velocity autocorrelation by
-//! R. Zwanzig, *Physical Review* **129**, 486 (1963), doi:10.1103/PhysRev.129.486. Here it is found
-//! by Monte Carlo: pairs that meet and third disks are drawn, and their collisions are followed.
-//! Diameter, mass and temperature are one; n is the number density `4 phi/pi`.
+//! To first order in density only three disks matter. The third one has a uniform position without
+//! overlap and a Maxwellian velocity. R. Zwanzig derived such a cluster expansion for the velocity
+//! autocorrelation, *Physical Review* **129**, 486 (1963), doi:10.1103/PhysRev.129.486. Monte Carlo
+//! evaluates the expansion: pairs and third disks are drawn at random, and their collisions are
+//! simulated. Diameter d, mass m and temperature T are one. The number density is `n = 4 phi/pi`
+//! for the packing fraction `phi`.
+//!
 //! # Bulk viscosity
 //!
-//! In Enskog's theory the collisional pressure has no memory: the rate of momentum transfer is that
-//! of the energy, which is conserved, so its fluctuations are those of independent collisions. With
-//! the transfer `q = (m/2) g d` of a collision of normal speed g,
+//! In Enskog's theory `zeta_E` the collisional pressure has no memory. Its rate of momentum
+//! transfer depends on the conserved energy alone, so it fluctuates by independent collisions. The
+//! transfer of a collision with normal speed g is `q = (m/2) g d`. At first order the slope of the
+//! Helfand moment at the lag t is
 //!
 //! ```text
 //! zeta(t) = zeta_E [1 + (2/<q²>) n ∫ dr_3 dv_3 f(v_3) <q (Q_123(t) - Q_13(t) - Q_23(t))>]
 //! ```
 //!
-//! is the slope of the Helfand moment at the lag t. The mean is over pairs that have just met.
-//! `Q_123` is what three disks transfer up to t after that, and `Q_13` and `Q_23` are what the
-//! third and one of the two would, the other being away. In the plane the integral grows as the
-//! logarithm of t for ever.
+//! The mean is over pairs that have just collided, with the transfer q. `Q_123` is the transfer of
+//! all later collisions of the three disks up to t. `Q_13` and `Q_23` are those of the third disk
+//! with one partner, as if the other were absent. In two dimensions the integral grows as the
+//! logarithm of t without a limit.
 //!
-//! Of N disks, two that have met do not meet again before they have mixed, though each pair has its
-//! share of the mean. That is `-pi omega t/N` of the bulk viscosity at a lag t: the transfer of a
-//! pair grows with its own squared relative speed, the mean of `q g²` is
-//! `(<g_n³> + <g_n> <g_t²>)/2 = 4 sqrt(pi)` of pairs that meet, that of all pairs 4, and `<q>` is
+//! In a box of N disks the relative change is smaller by `pi omega t/N`, for omega pair collisions
+//! per disk and time, and the lag t. A pair that has collided does not collide again before it has
+//! mixed, but the mean counts it like any other pair. For colliding pairs the mean of `q g²` is
+//! `(<g_n³> + <g_n> <g_t²>)/2 = 4 sqrt(pi)`, where the relative velocity has the normal and
+//! tangential components `g_n` and `g_t`. The mean of `g²` for all pairs is 4, and `<q>` is
 //! `sqrt(pi)/2`.
 //!
 //! # Impact parameters after equilibrium
 //!
-//! A gas in elastic equilibrium loses energy from t = 0 on. Its first collisions are chaos; later
-//! ones of the same three disks are not. In the collisions up to T the slope of P(b/d),
-//! `12 <b/d - 1/2>`, is n times the mean of `12 (b/d - 1/2)` over
+//! A gas in elastic equilibrium loses energy from t = 0 on. Its first collisions obey molecular
+//! chaos; later ones of the same three disks do not. P(b/d) is the distribution of the impact
+//! parameter b over the diameter. Its slope in the collisions up to the time T is `12 <b/d - 1/2>`.
+//! To first order it is n times the mean of `12 (b/d - 1/2)` over two kinds of collisions. Here
+//! `tau_i` is the time for which the third disk, traced backwards from the collision of the pair,
+//! flies before it touches partner i.
 //!
-//! - collisions of three disks a time u after the first one, which may happen at any time s as long
-//!   as the third meets none of the two before: backwards in time it is free for `s < tau`. The
-//!   share of s is `min(tau, T - u)/T`;
-//! - the first collisions themselves, where the third would have met both partners, each alone:
-//!   chaos takes such away twice. Their share is `1 - max(tau_1, tau_2)/T`.
+//! - Later collisions of the three disks, at a time u after the collision of the pair, have the
+//!   weight `min(tau_1, tau_2, T - u)/T`. It is the fraction of collision times of the pair before
+//!   which the third disk has met neither partner.
+//! - Collisions of the pair have the weight `1 - max(tau_1, tau_2)/T`, where the third disk would
+//!   have met both partners, each alone. Molecular chaos removes them twice.
 //!
-//! Without losses the sum is nothing, since equilibrium is chaos. Collisions of the third with one
-//! of the two alone are as uniform as chaos, and are subtracted to have less noise. Later on the
-//! third disk meets others, which this order leaves out: it holds for T up to the mean free time.
+//! Without energy loss the sum is zero, because an equilibrium gas obeys molecular chaos.
+//! Collisions of the third disk with one partner alone are also chaotic, and are subtracted to
+//! reduce the noise. The first order neglects further disks, so it holds for T up to the mean free
+//! time.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -52,20 +61,22 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// Speed over sqrt(T/m) with which a third disk comes from the edge of the sampled region. Faster
-/// ones are below 1e-5 of all.
+/// Cutoff speed of the third disk in units of the thermal speed `sqrt(T/m)`: sampled positions
+/// reach as far as a disk of this speed flies. Fewer than 1e-5 of Maxwellian disks are faster.
 const FASTEST: f64 = 5.0;
 
-/// First-order coefficient in density, found by Monte Carlo.
+/// First-order density coefficient of a quantity, with its Monte Carlo error. Times the packing
+/// fraction, it corrects Enskog's theory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DensityCoefficient {
-    /// Coefficient: the correction over the packing fraction.
+    /// Value of the density coefficient: the relative correction to Enskog's theory over the
+    /// packing fraction.
     pub value: f64,
-    /// Standard error of the coefficient.
+    /// Monte Carlo standard error of the density coefficient.
     pub standard_error: f64,
 }
 
-/// Disk in flight.
+/// Position and velocity of one disk, in units of the diameter and the thermal speed.
 #[derive(Clone, Copy)]
 struct Disk {
     place: Vector2<f64>,
@@ -92,7 +103,7 @@ impl Disk {
     }
 }
 
-/// Returns the time at which two disks touch, if they do.
+/// Returns the time until two disks in free flight touch \[d sqrt(m/T)\]; `None` if they miss.
 fn contact(a: &Disk, b: &Disk) -> Option<f64> {
     let (line, relative) = (a.place - b.place, a.velocity - b.velocity);
     let approach = line.dot(&relative);
@@ -102,30 +113,31 @@ fn contact(a: &Disk, b: &Disk) -> Option<f64> {
     (approach < 0.0 && root > 0.0).then(|| (apart / (root.sqrt() - approach)).max(0.0))
 }
 
-/// Collision of two of the three disks.
+/// Collision of two of the three disks: time, normal speed and impact parameter.
 #[derive(Clone, Copy)]
 struct Meeting {
     time: f64,
-    /// Normal relative speed before the collision.
+    /// Normal component of the relative velocity before the collision \[sqrt(T/m)\].
     normal: f64,
-    /// Impact parameter over the diameter.
+    /// Impact parameter of the collision over the diameter, from 0 to 1.
     impact: f64,
 }
 
 impl Meeting {
-    /// Momentum that the collision carries over half of the distance of the centres, without
-    /// losses.
+    /// Returns the collisional momentum transfer `q = (m/2) g d` of an elastic collision with
+    /// normal speed g.
     fn transfer(&self) -> f64 {
         0.5 * self.normal
     }
 
-    /// Contribution to the slope of P(b/d).
+    /// Returns the estimate `12 (b/d - 1/2)` of the slope of P(b/d) from one collision with impact
+    /// parameter b.
     fn slope(&self) -> f64 {
         12.0 * (self.impact - 0.5)
     }
 }
 
-/// Collides two disks that touch.
+/// Applies the inelastic collision rule to two disks that touch, and returns the collision.
 fn collide(a: &mut Disk, b: &mut Disk, restitution: f64, time: f64) -> Meeting {
     let line = (a.place - b.place).normalize();
     let relative = a.velocity - b.velocity;
@@ -141,7 +153,7 @@ fn collide(a: &mut Disk, b: &mut Disk, restitution: f64, time: f64) -> Meeting {
     }
 }
 
-/// Two disks that have just met.
+/// Two disks just after their collision, with that collision. A third disk then disturbs the pair.
 struct Pair {
     after: [Disk; 2],
     first: Meeting,
@@ -162,9 +174,9 @@ impl Pair {
     }
 }
 
-/// Draws two disks about to meet, with chances in proportion to their normal speed and Maxwellian
-/// velocities besides.
-fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
+/// Draws two disks in contact just before a collision. The probability is proportional to the
+/// normal speed times the Maxwellian distribution.
+fn draw_colliding_pair(stream: &mut impl Rng) -> [Disk; 2] {
     let speed = 2.0 * (-(1.0 - stream.random::<f64>()).ln()).sqrt();
     let across: f64 = stream.sample::<f64, _>(StandardNormal) * SQRT_2;
     let (mean, half) = (normal(stream) / SQRT_2, vector![-0.5 * speed, 0.5 * across]);
@@ -174,8 +186,9 @@ fn meeting(stream: &mut impl Rng) -> [Disk; 2] {
     })
 }
 
-/// Draws a third disk within a reach, uniform in its distance, with its weight.
-fn third(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
+/// Draws a third disk with its statistical weight. Its distance from the contact point of the pair
+/// is uniform up to `reach`, its velocity Maxwellian.
+fn draw_third_disk(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
     let (share, angle): (f64, f64) = (stream.random(), TAU * stream.random::<f64>());
     let disk = Disk {
         place: reach * share * vector![angle.cos(), angle.sin()],
@@ -184,8 +197,9 @@ fn third(stream: &mut impl Rng, reach: f64) -> (Disk, f64) {
     (disk, 2.0 * share * PI * reach * reach)
 }
 
-/// Returns all later collisions of a pair that has just met and a third disk, up to a time.
-fn follow(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting> {
+/// Simulates three disks, two of which have just collided, and returns all later collisions up to
+/// the time `until`.
+fn collisions_of_three(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting> {
     let mut meetings = Vec::new();
     if pair.after.iter().any(|disk| disk.overlaps(&third)) {
         return meetings;
@@ -210,8 +224,9 @@ fn follow(pair: &Pair, third: Disk, restitution: f64, until: f64) -> Vec<Meeting
     }
 }
 
-/// Returns the collisions of the third disk with one of a pair, the other being away, up to a time.
-fn alone(pair: &Pair, third: Disk, until: f64) -> impl Iterator<Item = Meeting> {
+/// Returns the collisions of the third disk with each partner of the pair as if the other partner
+/// were absent, up to the time `until`.
+fn collisions_with_one(pair: &Pair, third: Disk, until: f64) -> impl Iterator<Item = Meeting> {
     let clear = pair
         .after
         .into_iter()
@@ -223,7 +238,7 @@ fn alone(pair: &Pair, third: Disk, until: f64) -> impl Iterator<Item = Meeting> 
     })
 }
 
-/// Sums of numbers and of their squares.
+/// Sums and sums of squares of Monte Carlo samples, for means and their standard errors.
 struct Sums {
     all: Vec<[f64; 2]>,
     count: f64,
@@ -258,16 +273,17 @@ impl Sums {
     }
 }
 
-/// Computes `zeta(t)/zeta_E - 1` over the packing fraction at rising lags \[d sqrt(m/T)\], from
-/// `samples` random third disks.
+/// Computes the density coefficient of the bulk viscosity, `(zeta(t)/zeta_E - 1)/phi`, at rising
+/// lags t \[d sqrt(m/T)\]. Here `zeta_E` is Enskog's value and `phi` the packing fraction;
+/// `samples` third disks are drawn.
 pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<DensityCoefficient> {
     let until = lags.last().copied().unwrap_or(0.0);
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut sums = Sums::new(lags.len());
     let mut values = vec![0.0; lags.len()];
     for _ in 0..samples {
-        let pair = Pair::new(meeting(stream), 1.0);
-        let (third, weight) = third(stream, 1.0 + FASTEST * until);
+        let pair = Pair::new(draw_colliding_pair(stream), 1.0);
+        let (third, weight) = draw_third_disk(stream, 1.0 + FASTEST * until);
         values.fill(0.0);
         let mut add = |one: Meeting, sign: f64| {
             for (value, _) in values
@@ -278,8 +294,8 @@ pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<DensityCoeff
                 *value += sign * weight * pair.first.transfer() * one.transfer();
             }
         };
-        alone(&pair, third, until).for_each(|one| add(one, -1.0));
-        for one in follow(&pair, third, 1.0, until) {
+        collisions_with_one(&pair, third, until).for_each(|one| add(one, -1.0));
+        for one in collisions_of_three(&pair, third, 1.0, until) {
             add(one, 1.0);
         }
         sums.add(&values);
@@ -288,9 +304,10 @@ pub fn bulk_viscosity(lags: &[f64], samples: u64, seed: u64) -> Vec<DensityCoeff
     sums.orders(8.0 / PI)
 }
 
-/// Computes the slope of P(b/d) in the collisions up to a time \[d sqrt(m/T)\] after elastic
-/// equilibrium, over the packing fraction. The first value is without losses, where theory gives
-/// zero; the others are those of each restitution less the first, from the same disks.
+/// Computes the density coefficient of the slope of P(b/d) in collisions up to the time `until` \[d
+/// sqrt(m/T)\] after elastic equilibrium. The first result is that of elastic disks, zero in
+/// theory. The others are the difference to it for each coefficient of restitution, from the same
+/// random disks.
 pub fn onset(
     restitutions: &[f64],
     until: f64,
@@ -300,8 +317,8 @@ pub fn onset(
     let stream = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let (mut elastic, mut others) = (Sums::new(1), Sums::new(restitutions.len()));
     for _ in 0..samples {
-        let before = meeting(stream);
-        let (third, weight) = third(stream, 1.0 + FASTEST * until);
+        let before = draw_colliding_pair(stream);
+        let (third, weight) = draw_third_disk(stream, 1.0 + FASTEST * until);
         // Free flight of the third disk from each of the pair, backwards in time.
         let free = before.map(|disk| {
             if disk.overlaps(&third) {
@@ -311,9 +328,9 @@ pub fn onset(
         });
         let after = |restitution: f64| -> f64 {
             let pair = Pair::new(before, restitution);
-            let known = alone(&pair, third, until);
+            let known = collisions_with_one(&pair, third, until);
             let known = known.map(|one| one.slope() * (until - one.time) / until);
-            let later = follow(&pair, third, restitution, until).into_iter();
+            let later = collisions_of_three(&pair, third, restitution, until).into_iter();
             let later =
                 later.map(|one| one.slope() * free[0].min(free[1]).min(until - one.time) / until);
             weight * (later.sum::<f64>() - known.sum::<f64>())
@@ -333,18 +350,18 @@ pub fn onset(
 mod tests {
     use super::*;
 
-    /// Compares collisions of three disks in time order with those of small time steps.
+    /// Compares the collisions of three disks in time order with those found by small time steps.
     #[test]
     fn three_disks_move_as_disks_do() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(1);
         let (mut found, mut all) = (0, 0);
         while all < 300 {
-            let pair = Pair::new(meeting(stream), 0.8);
-            let (third, _) = third(stream, 2.5);
+            let pair = Pair::new(draw_colliding_pair(stream), 0.8);
+            let (third, _) = draw_third_disk(stream, 2.5);
             if pair.after.iter().any(|disk| disk.overlaps(&third)) {
                 continue;
             }
-            let meetings = follow(&pair, third, 0.8, 3.0);
+            let meetings = collisions_of_three(&pair, third, 0.8, 3.0);
             assert!(meetings.is_sorted_by_key(|one| one.time));
             assert!(meetings.iter().all(|one| one.normal > 0.0));
             let [a, b] = pair.after;
@@ -370,13 +387,14 @@ mod tests {
         assert!(found >= 294, "{found} of {all} agree");
     }
 
-    /// Pairs that meet have <q²> = 1 and uniform impact parameters, and conserve their momentum.
+    /// Tests that drawn pairs have `<q²>` = 1 and uniform impact parameters, and conserve their
+    /// momentum.
     #[test]
     fn pairs_are_those_of_chaos() {
         let stream = &mut Xoshiro256PlusPlus::seed_from_u64(2);
         let (mut square, mut slope) = (0.0, 0.0);
         for _ in 0..40_000 {
-            let before = meeting(stream);
+            let before = draw_colliding_pair(stream);
             let pair = Pair::new(before, 0.7);
             let momentum = |disks: &[Disk; 2]| disks[0].velocity + disks[1].velocity;
             assert!((momentum(&before) - momentum(&pair.after)).norm() < 1e-12);
@@ -390,9 +408,8 @@ mod tests {
         assert!(slope.abs() < 4.4 * 0.017, "{slope}");
     }
 
-    /// Equilibrium is chaos, though each part of the sum is not: without losses the slope is zero,
-    /// within z = 4.4 errors. With losses grazing collisions are in excess. Disks in each other's
-    /// way lower the bulk viscosity.
+    /// Tests that the slope of P(b/d) is zero without losses, within 4.4 standard errors. With
+    /// losses grazing collisions are in excess, and the bulk viscosity falls.
     #[test]
     fn equilibrium_is_chaos_and_losses_are_not() {
         let (elastic, lossy) = onset(&[0.8, 0.5], 1.0, 400_000, 3);

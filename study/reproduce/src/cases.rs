@@ -1,4 +1,4 @@
-//! Cases of a paper, with the keys that the paper sets in them.
+//! Reads the case files of a paper's runs and overwrites the keys that the paper sets.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use stosszahl_case::{CaseError, CaseFile, PaperFile};
 use stosszahl_study::format;
 use toml::Value;
 
-/// Reads the case of a run, with the keys that the paper sets.
+/// Reads the case file of one run of a paper and overwrites the keys that the paper sets.
 pub(crate) fn read_case(
     file: &PaperFile,
     name: &str,
@@ -55,7 +55,7 @@ pub(crate) fn read_case(
     })
 }
 
-/// Formats a value as TOML on one line.
+/// Formats a TOML value on one line.
 fn inline(value: &Value) -> String {
     match value {
         // Exponent form: the TOML writer would write 1e300 with three hundred zeros.

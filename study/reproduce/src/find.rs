@@ -1,4 +1,4 @@
-//! Numbers in the tables of finished runs.
+//! Looks up the numbers that the claims of a paper name in the result tables of finished runs.
 
 use std::array;
 
@@ -9,13 +9,14 @@ use toml::Value;
 
 use crate::number_location::{COLLISIONS, NumberLocation, NumberSource, SECONDS, same_name};
 
-/// Name of the column that distinguishes replicas.
+/// Name of the key column `replica`, whose rows are averaged with their spread as error.
 const REPLICA: &str = "replica";
 
-/// Finds a number with its error in the finished points of its run.
+/// Looks up one number of a claim and its standard error in the results of a finished run.
 ///
 /// # Errors
-/// The reason why there is none.
+///
+/// The reason why the run has no such number, as text.
 pub(crate) fn find_number(
     points: &FinishedPoints,
     spot: &NumberLocation<'_>,
@@ -50,7 +51,8 @@ pub(crate) fn find_number(
     Ok(all)
 }
 
-/// Returns the condition of a key of a claim: a word, a number, or a range of two numbers.
+/// Converts one key of a claim to a condition on table rows: a text, a number, or a range of two
+/// numbers.
 fn condition<'a>((&key, value): (&&'a str, &'a Value)) -> RowKey<'a> {
     let condition = match value {
         Value::String(word) => KeyCondition::Is(word),
@@ -63,8 +65,8 @@ fn condition<'a>((&key, value): (&&'a str, &'a Value)) -> RowKey<'a> {
     (key, condition)
 }
 
-/// Returns a quantity that follows from a case, or the work of its engines, over all of them and
-/// all replicas.
+/// Returns a quantity derived from a case, or the total computing time \[s\] or number of
+/// collisions of all its engines and replicas.
 fn derived(stored: &Stored, name: &str) -> Option<TableEstimate> {
     let engines = &stored.manifest.engines;
     let work = match name {
@@ -80,8 +82,8 @@ fn derived(stored: &Stored, name: &str) -> Option<TableEstimate> {
     Some(TableEstimate::with_error(work, None))
 }
 
-/// Returns the value of the only row found, or the mean over the rows if the keys give a range. The
-/// errors of rows count as independent.
+/// Averages the values of the table rows that fit a claim. Several rows fit only if a key is a
+/// range; their errors count as independent.
 fn mean(found: &[TableEstimate], spot: &NumberLocation<'_>) -> Result<TableEstimate, String> {
     let is_range = spot.keys.values().any(Value::is_array);
     match found {
@@ -105,8 +107,8 @@ fn mean(found: &[TableEstimate], spot: &NumberLocation<'_>) -> Result<TableEstim
     }
 }
 
-/// Divides two numbers with independent errors. If the key grows by the factor `growth`, returns
-/// the exponent of the power law instead.
+/// Divides two estimates with independent errors. With a `growth` factor of the key, returns the
+/// exponent of the power law between them instead.
 pub(crate) fn quotient(a: &TableEstimate, b: &TableEstimate, growth: Option<f64>) -> TableEstimate {
     let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
     let errors = a.standard_error.zip(b.standard_error);

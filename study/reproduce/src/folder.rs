@@ -1,4 +1,5 @@
-//! Folder of a paper: a results folder for each run, the table of claims, the page.
+//! Output folder of a reproduced paper: one results folder for each run, the table of claims and
+//! the HTML page.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,16 +14,18 @@ use crate::ReproduceError;
 use crate::judged::Judged;
 use crate::plan::Reproduction;
 
-/// Name of the file that marks the folder: the title of the paper, and whether runs are quick.
+/// Name of the file that identifies the output folder of a paper. It holds the title, and whether
+/// runs are full or quick.
 const MARK: &str = "paper.txt";
-/// Name of the table of claims, and of the page, of a whole paper.
+/// File names of the table of claims and of the HTML page of a whole paper.
 const NAMES: [&str; 2] = ["claims.csv", "report.html"];
 
 impl Reproduction<'_> {
-    /// Makes the folder, or finds the one of this paper.
+    /// Creates the output folder of this paper, or accepts the one that exists.
     ///
     /// # Errors
-    /// It holds something else, or cannot be made.
+    ///
+    /// The folder holds something else, or cannot be created.
     pub fn open(&self, folder: &Path) -> Result<(), ReproduceError> {
         let failed = |source| ReproduceError::System {
             path: folder.to_owned(),
@@ -57,7 +60,7 @@ impl Reproduction<'_> {
         Ok(write_file(&path, mark.as_bytes())?)
     }
 
-    /// Returns the word for full or quick runs.
+    /// Returns the name of the run size: full or quick.
     pub(crate) fn kind(&self) -> &'static str {
         if self.demand.quick {
             "quick runs"
@@ -66,11 +69,12 @@ impl Reproduction<'_> {
         }
     }
 
-    /// Runs all cases that are not finished, each in a folder of its name below `folder`, and makes
-    /// its report. A run that was stopped is resumed, unless `replace`.
+    /// Runs all unfinished cases of the paper, each in its own folder below `folder`, and writes
+    /// their reports. A stopped run is resumed unless `replace` is true.
     ///
     /// # Errors
-    /// The first run that fails; those before it stay.
+    ///
+    /// The error of the first run that fails. Results of the runs before it stay.
     pub fn run_cases(
         &self,
         folder: &Path,
@@ -96,7 +100,7 @@ impl Reproduction<'_> {
         Ok(())
     }
 
-    /// Looks up all numbers in finished runs, and judges all claims.
+    /// Reads the results of finished runs and compares them with all claims of the paper.
     ///
     /// # Errors
     /// A results folder cannot be read.
@@ -108,8 +112,8 @@ impl Reproduction<'_> {
         Ok(Judged::new(self, &results))
     }
 
-    /// Writes the table of claims, and then the page, whose path it returns. The files of a single
-    /// figure have names of their own.
+    /// Writes the table of claims, then the HTML page of the paper, and returns the path of the
+    /// page. A single figure has file names of its own.
     ///
     /// # Errors
     /// A file cannot be read or written.

@@ -1,4 +1,4 @@
-//! Claims with their verdicts: as sentences, as a table, as a page.
+//! Verdicts on the claims of a paper, as sentences, as a table and as an HTML page.
 
 use std::collections::BTreeMap;
 
@@ -12,26 +12,26 @@ use crate::find::{find_number, quotient};
 use crate::number_location::{NumberLocation, NumberSource};
 use crate::plan::{Item, Reproduction, drawn_number};
 
-/// Claim with the number found.
+/// Claim of a paper with the value found in the results, and the verdict.
 pub struct ClaimOutcome<'a> {
     item: &'a Item<'a>,
-    /// Name of the figure.
+    /// Name of the figure of the paper that the claim belongs to.
     pub figure: &'a str,
-    /// Number found, with its error.
+    /// Value found in the results for the claim, with its standard error.
     pub found: TableEstimate,
-    /// Verdict on the claim; its topic is the claim in words.
+    /// Verdict on the claim; its topic is the text of the claim.
     pub verdict: VerdictText,
 }
 
-/// All requested claims, with the numbers found.
+/// All requested claims of a paper with the values found and the verdicts.
 pub struct Judged<'a> {
     of: &'a Reproduction<'a>,
-    /// Claims in the order of the paper.
+    /// Claims with values and verdicts, in the order of the paper.
     pub outcomes: Vec<ClaimOutcome<'a>>,
 }
 
 impl<'a> Judged<'a> {
-    /// Looks up all numbers and judges them.
+    /// Looks up the number of every claim in the results and derives the verdicts.
     pub(crate) fn new(of: &'a Reproduction<'a>, results: &BTreeMap<&str, FinishedPoints>) -> Self {
         let outcomes = of.items.iter().map(|item| {
             let topic = item.topic();
@@ -53,7 +53,7 @@ impl<'a> Judged<'a> {
         }
     }
 
-    /// Counts claims by verdict, in words.
+    /// Formats how many claims have each verdict, as one sentence.
     pub fn count(&self) -> String {
         let kinds = [
             VerdictKind::Agree,
@@ -75,7 +75,8 @@ impl<'a> Judged<'a> {
         format!("{} claims: {}", self.outcomes.len(), parts.join(", "))
     }
 
-    /// Returns the table of claims.
+    /// Creates the table of claims, `claims.csv`: one row for each claim with its value and
+    /// verdict.
     pub fn table(&self) -> Table {
         let mut table = stosszahl_results::table! {
             "claims", "What a paper claims, and what was found.";
@@ -123,7 +124,7 @@ impl<'a> Judged<'a> {
         table
     }
 
-    /// Returns the page of the paper.
+    /// Creates the content of the HTML page of the paper: its figures and its claims with verdicts.
     pub(crate) fn page(&self) -> PaperPage<'_> {
         let paper = &self.of.file.paper;
         let figures = self.of.figures().map(|(place, figure)| {
@@ -164,13 +165,13 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// Returns a cell with a text, or an empty one.
+/// Converts an optional text to a table cell; `None` gives an empty cell.
 fn text(text: Option<&str>) -> TableCell {
     text.map_or(TableCell::Empty, |text| TableCell::Text(text.to_owned()))
 }
 
 impl ClaimOutcome<'_> {
-    /// Returns the row on the page.
+    /// Converts the claim and its verdict to a row of the HTML page.
     fn row(&self) -> PaperClaim<'_> {
         let item = self.item;
         let (paper, margin, ratio) = match item.said {
@@ -213,7 +214,7 @@ impl ClaimOutcome<'_> {
 }
 
 impl Item<'_> {
-    /// Returns the claim in words, with its position along a curve.
+    /// Returns the text of the claim, with the position along a curve if it has one.
     fn topic(&self) -> String {
         let at = self.claim.along.as_deref().and_then(|along| {
             let value = self.number.keys.get(along)?;
@@ -223,7 +224,7 @@ impl Item<'_> {
         format!("{}{}{corrected}", self.claim.claim, at.unwrap_or_default())
     }
 
-    /// Describes the place of the number in words.
+    /// Describes where the number of the claim is found in the results, as text.
     pub(crate) fn place_text(&self) -> String {
         let own = self.number.words();
         match (&self.over, &self.claim.power_of) {
@@ -233,7 +234,8 @@ impl Item<'_> {
         }
     }
 
-    /// Finds the number of the claim.
+    /// Looks up the number of one claim in the results of its run, divided by the reference number
+    /// if the claim has one.
     fn find_number(
         &self,
         results: &BTreeMap<&str, FinishedPoints>,
@@ -251,7 +253,7 @@ impl Item<'_> {
 }
 
 impl NumberLocation<'_> {
-    /// Describes the place in words: point, table and column, row.
+    /// Describes a number's location in the results: point of the sweep, table, column and row.
     fn words(&self) -> String {
         let keys: Vec<String> = self
             .keys

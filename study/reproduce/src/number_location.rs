@@ -1,40 +1,43 @@
-//! Places of numbers in the results of a run.
+//! Location of a claim's number in the results of a run: point, table, column and row keys.
 
 use std::collections::BTreeMap;
 
 use stosszahl_case::paper::Errors;
 use toml::Value;
 
-/// Name of the quantity of computing time of all engines and replicas \[s\].
+/// Name of the derived quantity "computing time", summed over all engines and replicas of a run
+/// \[s\].
 pub(crate) const SECONDS: &str = "seconds";
-/// Name of the quantity of collisions of all engines and replicas.
+/// Name of the derived quantity "number of collisions", summed over all engines and replicas of a
+/// run.
 pub(crate) const COLLISIONS: &str = "collisions";
 
-/// Place of a number in the results.
+/// Location of one number in the results of a paper's runs.
 #[derive(Clone, Debug)]
 pub(crate) struct NumberLocation<'a> {
-    /// Name of the run.
+    /// Name of the run whose results hold the number.
     pub run: &'a str,
-    /// Name of the point of its sweep; empty without one.
+    /// Name of the sweep point that holds the number; empty for a run without a sweep.
     pub point: String,
-    /// Quantity that follows from the case, or a table and its column.
+    /// Source of the number: a derived quantity, or a column of a table.
     pub source: NumberSource<'a>,
-    /// Key columns and their values.
+    /// Conditions on key columns that select the table row of the number.
     pub keys: BTreeMap<&'a str, Value>,
-    /// Source of the standard error.
+    /// Origin of the standard error: few replicas (Student's intervals) or many time blocks (normal
+    /// intervals).
     pub errors: Errors,
 }
 
 /// Derived quantity or table column that a claim of a paper is compared with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum NumberSource<'a> {
-    /// Quantity that follows from a case.
+    /// Name of a quantity derived from a case, or of its computing time or collisions.
     Derived(&'a str),
-    /// Table and its column.
+    /// Names of a result table and of its column.
     Column(&'a str, &'a str),
 }
 
-/// Returns true if two names of a quantity are equal, with spaces or without.
+/// Returns true if two names of a derived quantity are equal apart from spaces.
 pub(crate) fn same_name(a: &str, b: &str) -> bool {
     a.replace('_', " ") == b.replace('_', " ")
 }

@@ -1,5 +1,5 @@
-//! Runs and claims of a paper, and the check that all tables, columns and points that they name
-//! exist.
+//! Selects the runs and claims of a paper, and checks before any run that all named tables, columns
+//! and points exist.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,70 +15,75 @@ use crate::ReproduceError;
 use crate::cases::read_case;
 use crate::number_location::{COLLISIONS, NumberLocation, NumberSource, SECONDS, same_name};
 
-/// Requested part of a paper.
+/// Options of a reproduction: one figure or the whole paper, full or quick runs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ReproduceOptions<'a> {
-    /// Name of one figure; `None` for all.
+    /// Name of the figure to reproduce; `None` for the whole paper.
     pub figure: Option<&'a str>,
-    /// True for smaller runs.
+    /// True if runs are the smaller ones of the paper's quick version.
     pub quick: bool,
 }
 
-/// Paper with its cases read and the numbers of its claims located.
+/// Paper ready to be reproduced: cases read, and the number of each claim located in the result
+/// tables.
 pub struct Reproduction<'a> {
     pub(crate) file: &'a PaperFile,
     pub(crate) demand: ReproduceOptions<'a>,
-    /// Cases of the needed runs, by run.
+    /// Case files of the needed runs, by the name of the run.
     pub(crate) cases: BTreeMap<&'a str, CaseFile>,
-    /// Contents of each point, by run and point.
+    /// Expected results of each point, by the names of the run and the point.
     known: BTreeMap<(&'a str, String), Known>,
-    /// Claims of the requested figures.
+    /// Claims of the requested figures, one entry for each number that is compared.
     pub(crate) items: Vec<Item<'a>>,
-    /// Chance of a false alarm of each claim.
+    /// False-alarm probability of one claim: the paper's family-wise error rate over the number of
+    /// tests (Bonferroni).
     pub(crate) level: f64,
 }
 
-/// Contents of a point of a run before it is run.
+/// Results that one point of a run is expected to have: tables, quantities and cost.
 struct Known {
-    /// Tables of the point, without rows.
+    /// Result tables of the point, with columns but without rows.
     tables: Vec<Table>,
-    /// Names of quantities that follow from the case, and of its work.
+    /// Names of the quantities derived from the case, with its computing time and number of
+    /// collisions.
     derived: Vec<String>,
-    /// Guessed times of the parts of the point.
+    /// Estimated computing times of the start and the engines of the point \[s\].
     pace: RuntimeEstimate,
-    /// Number of replicas.
+    /// Number of replicas of the sweep point's run.
     replicas: u64,
 }
 
-/// Claim on one number.
+/// Comparison of one number in the results with one value or bound of a claim.
 pub(crate) struct Item<'a> {
-    /// Index of the figure in the paper, from 0.
+    /// Index of the figure that the claim belongs to, counted from 0 in the paper.
     pub figure: usize,
-    /// Claim of the paper.
+    /// Claim of the paper, as its paper file states it.
     pub claim: &'a Claim,
-    /// Place of the number.
+    /// Location of the compared number in the results.
     pub number: NumberLocation<'a>,
-    /// Place of the number by which it is divided.
+    /// Location of the number that the compared number is divided by; `None` without a division.
     pub over: Option<NumberLocation<'a>>,
-    /// Claim of the paper on the number: a value or a bound.
+    /// Value or bound that the claim states for the number.
     pub said: ClaimedValue,
-    /// True if the paper is corrected here.
+    /// True if the compared value is the corrected one of the paper file, in place of the printed
+    /// value.
     pub corrected: bool,
 }
 
-/// Cost of a figure, and its missing parts.
+/// Estimated cost and number of claims of one figure of a paper.
 #[derive(Clone, Debug)]
 pub struct FigureOutline<'a> {
-    /// Figure of the paper.
+    /// Figure of the paper, as its paper file describes it.
     pub figure: &'a PaperFigureSpec,
-    /// Number of claims of the figure.
+    /// Number of comparisons that the claims of the figure make.
     pub claims: usize,
-    /// Guessed time of the runs of the figure \[s\].
+    /// Estimated time of all runs that the figure needs \[s\].
     pub seconds: f64,
 }
 
 impl Item<'_> {
-    /// Factor by which the key grows, for a claim on a power of it.
+    /// Returns the ratio of a key between numerator and denominator, for claims on a power law of
+    /// that key; `None` for other claims.
     pub(crate) fn growth(&self) -> Option<f64> {
         let power = self.claim.power_of.as_deref()?;
         let at = |spot: &NumberLocation<'_>| spot.keys.get(power).and_then(number);
@@ -87,8 +92,8 @@ impl Item<'_> {
 }
 
 impl<'a> Reproduction<'a> {
-    /// Reads the needed cases, `bundled` ones by their names, and checks that all tables, columns
-    /// and points that the paper names exist.
+    /// Reads the case files that a paper needs and checks that all named tables, columns and points
+    /// exist. `bundled` returns the text of a bundled case.
     ///
     /// # Errors
     /// The paper or a case is refused, or there is no such figure.
@@ -145,24 +150,25 @@ impl<'a> Reproduction<'a> {
         self.demand.figure.is_none_or(|asked| asked == figure.name)
     }
 
-    /// Returns the requested figures.
+    /// Returns the requested figures of the paper, each with its index from 0.
     pub(crate) fn figures(&self) -> impl Iterator<Item = (usize, &'a PaperFigureSpec)> {
         let all = self.file.paper.figure.iter().enumerate();
         all.filter(|(_, figure)| self.asks_for(figure))
     }
 
-    /// Returns true if the planned runs can test a claim.
+    /// Returns true if the planned runs can test a claim: all claims in full runs, some in quick
+    /// runs.
     fn is_open(&self, claim: &Claim) -> bool {
         claim.quick || !self.demand.quick
     }
 
-    /// Returns the names of the runs of the requested figures.
+    /// Returns the names of all runs that the requested figures need.
     fn needed(&self) -> BTreeSet<&'a str> {
         let figures = self.figures().map(|(_, figure)| figure);
         figures.flat_map(|figure| self.runs_of(figure)).collect()
     }
 
-    /// Returns the names of the runs of a figure.
+    /// Returns the names of the runs that one figure and its testable claims need.
     fn runs_of(&self, figure: &'a PaperFigureSpec) -> BTreeSet<&'a str> {
         let claims = figure.claim.iter().filter(|claim| self.is_open(claim));
         let claims = claims.flat_map(|claim| {
@@ -172,15 +178,16 @@ impl<'a> Reproduction<'a> {
         claims.chain([figure.run.as_str()]).collect()
     }
 
-    /// Guessed time of a run, all points of a sweep, on this many threads \[s\].
+    /// Returns the estimated time of one run on `threads` threads, summed over the points of its
+    /// sweep \[s\].
     fn seconds_of(&self, run: &str, threads: usize) -> f64 {
         let points = self.known.iter().filter(|((of, _), _)| *of == run);
         let each = points.map(|(_, point)| point.pace.seconds(point.replicas, threads));
         each.sum()
     }
 
-    /// Returns the cost of each requested figure, on this many threads; runs that figures share
-    /// count for each.
+    /// Estimates the cost of each requested figure on `threads` threads. A run that several figures
+    /// share counts for each of them.
     pub fn outline(&self, threads: usize) -> Vec<FigureOutline<'a>> {
         let outline = |(place, figure): (usize, &'a PaperFigureSpec)| FigureOutline {
             figure,
@@ -198,13 +205,15 @@ impl<'a> Reproduction<'a> {
         self.figures().map(outline).collect()
     }
 
-    /// Guessed time of all runs, each counted once, on this many threads \[s\].
+    /// Returns the estimated time of all needed runs on `threads` threads \[s\]; a run that several
+    /// figures share counts once.
     pub fn seconds(&self, threads: usize) -> f64 {
         let runs = self.cases.keys();
         runs.map(|run| self.seconds_of(run, threads)).sum()
     }
 
-    /// Adds the claims of a figure, and checks what it names.
+    /// Adds the testable claims of a figure, after a check that the tables, columns and points it
+    /// names exist.
     fn add(&mut self, place: usize, figure: &'a PaperFigureSpec) -> Result<(), ReproduceError> {
         let key = format!("figure.{}", place + 1);
         let refuse =
@@ -237,7 +246,7 @@ impl<'a> Reproduction<'a> {
         Ok(())
     }
 
-    /// Returns the items of a claim, one for each of its numbers.
+    /// Expands a claim into comparisons, one for each of its values or bounds.
     fn items_of(
         &self,
         figure: usize,
@@ -340,7 +349,8 @@ impl<'a> Reproduction<'a> {
         Ok(items)
     }
 
-    /// Returns the name of the only point of a run that a sweep gives these values.
+    /// Returns the name of the sweep point of a run that has the chosen values. The choice must fit
+    /// exactly one point.
     fn point(
         &self,
         key: &str,
@@ -362,7 +372,8 @@ impl<'a> Reproduction<'a> {
         Err(self.file.refuse(&format!("{key}.point"), allowed))
     }
 
-    /// Checks that the table, column and keys of a number exist.
+    /// Checks that the table, column and key columns of a number's location exist in the expected
+    /// results.
     fn check_spot(&self, key: &str, spot: &NumberLocation<'_>) -> Result<(), CaseError> {
         let refuse = |inside: &str, what: &str, names: Vec<String>| {
             let allowed = format!("{what} of run {}: {}", spot.run, names.join(", "));
@@ -413,14 +424,15 @@ impl<'a> Reproduction<'a> {
     }
 }
 
-/// Returns true if a name means a table with figures, or one figure of it.
+/// Returns true if a name such as `energy` or `energy.2` is that of a table with figures, or of one
+/// of its figures.
 fn is_drawing(tables: &[Table], name: &str) -> bool {
     let (table, number) = drawn_number(name);
     let found = tables.iter().find(|one| one.name == table);
     found.is_some_and(|table| (1..=table.figures.len()).contains(&number.unwrap_or(1)))
 }
 
-/// Splits a name of a drawing into the table and the number of the figure from 1, if it has one.
+/// Splits a figure name such as `energy.2` into the table name and the figure number from 1.
 pub(crate) fn drawn_number(name: &str) -> (&str, Option<usize>) {
     match name.rsplit_once('.') {
         Some((table, number)) => (table, number.parse().ok()),
@@ -428,7 +440,8 @@ pub(crate) fn drawn_number(name: &str) -> (&str, Option<usize>) {
     }
 }
 
-/// Number of tests that a claim needs.
+/// Returns the number of statistical tests of a claim: one for each value or bound, and one for a
+/// correction.
 fn weight(claim: &Claim) -> usize {
     let corrected = usize::from(claim.corrected.is_some());
     claim.values.as_ref().map_or(1 + corrected, Vec::len)

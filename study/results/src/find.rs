@@ -1,4 +1,5 @@
-//! Numbers in finished runs: points of a sweep, rows by their keys, values with their errors.
+//! Lookup of numbers in finished runs: sweep points by name, table rows by their keys, values with
+//! standard errors.
 
 use std::fmt;
 use std::path::Path;
@@ -7,22 +8,23 @@ use crate::error::ResultsError;
 use crate::manifest::{Stored, SweepPoint};
 use crate::table::{Role, Table, TableCell, TableEstimate};
 
-/// Largest relative distance of a number from that of a row: times have three digits in words.
+/// Largest relative difference at which a table's number equals a requested one. Times in the text
+/// of tables have only three digits.
 const NEAR: f64 = 4e-3;
 
-/// Error of a number that the results do not have, with the reason.
+/// Error of a number that is absent from the results, with the reason as text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct NumberNotFound(String);
 
-/// Condition on a cell of a key column.
+/// Condition that selects table rows by the cell in one key column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeyCondition<'a> {
-    /// Word that the cell holds.
+    /// Condition that the cell holds this text.
     Is(&'a str),
-    /// Number that the cell holds, up to rounding and to the three digits of a time.
+    /// Condition that the cell holds this number, within rounding to three digits.
     At(f64),
-    /// Closed range of the number.
+    /// Condition that the cell's number lies in a closed range.
     Within([f64; 2]),
 }
 
@@ -52,10 +54,10 @@ impl fmt::Display for KeyCondition<'_> {
     }
 }
 
-/// Key column, with the condition on its cell.
+/// Name of a key column, with the condition on its cell.
 pub type RowKey<'a> = (&'a str, KeyCondition<'a>);
 
-/// Row of a table.
+/// One row of a result table, with access to its cells by column name.
 #[derive(Clone, Copy, Debug)]
 pub struct TableRow<'a> {
     table: &'a Table,
@@ -63,13 +65,13 @@ pub struct TableRow<'a> {
 }
 
 impl Table {
-    /// Returns all rows.
+    /// Returns all rows of the table, in order.
     pub fn all_rows(&self) -> impl Iterator<Item = TableRow<'_>> {
         let row = |cells| TableRow { table: self, cells };
         self.rows.iter().map(Vec::as_slice).map(row)
     }
 
-    /// Finds the rows whose cells meet all conditions.
+    /// Finds the table rows whose cells meet all key conditions.
     ///
     /// # Errors
     /// [`NumberNotFound`] if a column is absent, or no row is left.
@@ -96,7 +98,7 @@ impl Table {
 }
 
 impl<'a> TableRow<'a> {
-    /// Cells of the row, in the order of the columns.
+    /// Returns the cells of the row, in the order of the columns.
     pub fn cells(&self) -> &'a [TableCell] {
         self.cells
     }
@@ -105,7 +107,7 @@ impl<'a> TableRow<'a> {
         NumberNotFound(format!("{column} of {} is empty there", self.table.name))
     }
 
-    /// Returns the number in a column.
+    /// Returns the number in a named column of the row.
     ///
     /// # Errors
     /// [`NumberNotFound`] if the column is absent, or its cell has no number.
@@ -115,7 +117,7 @@ impl<'a> TableRow<'a> {
         number.ok_or_else(|| self.empty(column))
     }
 
-    /// Returns the words in a column; empty for an empty cell.
+    /// Returns the text in a named column of the row; empty for an empty cell.
     ///
     /// # Errors
     /// [`NumberNotFound`] if the column is absent, or its cell has a number.
@@ -127,8 +129,8 @@ impl<'a> TableRow<'a> {
         }
     }
 
-    /// Returns the number in a column with the error in the column next to it, if there is one. A
-    /// theory without an error column has the error zero.
+    /// Returns the number in a named column of the row, with the standard error in the column next
+    /// to it. Without an error column, the error is zero for theory and absent otherwise.
     ///
     /// # Errors
     /// As [`TableRow::number`].
@@ -147,7 +149,7 @@ impl<'a> TableRow<'a> {
         Ok(TableEstimate::with_error(value, error))
     }
 
-    /// Returns the number in a column with its standard error.
+    /// Returns the number in a named column of the row with its standard error, which must exist.
     ///
     /// # Errors
     /// [`NumberNotFound`] if one of them is absent.
@@ -158,7 +160,7 @@ impl<'a> TableRow<'a> {
 }
 
 impl Stored {
-    /// Finds a table by its name.
+    /// Finds a result table of a point by its name.
     ///
     /// # Errors
     /// [`NumberNotFound`] if there is none.
@@ -168,12 +170,12 @@ impl Stored {
     }
 }
 
-/// Finished points of a run.
+/// Finished points of a run's sweep, each with its stored results.
 #[derive(Debug)]
 pub struct FinishedPoints(pub Vec<(SweepPoint, Stored)>);
 
 impl FinishedPoints {
-    /// Reads a results folder; points that are not finished are left out.
+    /// Reads the results folder of a run; unfinished points are left out.
     ///
     /// # Errors
     /// As [`Stored::read`].
@@ -181,12 +183,13 @@ impl FinishedPoints {
         Ok(Self(Stored::points(folder)?))
     }
 
-    /// Names of the points.
+    /// Returns the names of the finished points of the sweep.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.0.iter().map(|point| &*point.0.name)
     }
 
-    /// Finds a point by its name; a run without a sweep has one without a name.
+    /// Finds a finished sweep point by its name. A run without a sweep has one point with an empty
+    /// name.
     ///
     /// # Errors
     /// [`NumberNotFound`] if it is not finished.
@@ -195,7 +198,7 @@ impl FinishedPoints {
         found.ok_or_else(|| NumberNotFound(format!("the point {name} is not finished")))
     }
 
-    /// Returns the number that a point of the sweep sets a key to.
+    /// Returns the numeric value of a swept key at a point of the sweep.
     ///
     /// # Errors
     /// [`NumberNotFound`] if there is none.
@@ -205,7 +208,7 @@ impl FinishedPoints {
         number.ok_or_else(|| NumberNotFound(format!("the point {point} sets no number {key}")))
     }
 
-    /// Finds the rows of a table of a point whose cells meet all conditions.
+    /// Finds the rows of a table at a sweep point that meet all key conditions.
     ///
     /// # Errors
     /// As [`Table::find_rows`], or the table is absent.
@@ -218,7 +221,7 @@ impl FinishedPoints {
         self.point(point)?.1.table(table)?.find_rows(keys)
     }
 
-    /// Finds the only row of a table of a point whose cells meet all conditions.
+    /// Finds the only row of a table at a sweep point that meets all key conditions.
     ///
     /// # Errors
     /// As [`FinishedPoints::rows`], or several rows fit.

@@ -1,14 +1,15 @@
-//! `[accuracy] target`: the resolution of the Monte Carlo engines, chosen from a pilot.
+//! Choice of simulators and time step of the Monte Carlo engines for a requested accuracy, by short
+//! pilot runs (`[accuracy] target`).
 //!
-//! The pilot is a small box of the gas, too small for growing shear waves, run to `t_0`. There
-//! theory is exact: Haff's law with the relaxation of a2 for the energy of a cooling gas, Enskog's
-//! rate for the collisions of an elastic one. For each engine, simulators per disk are doubled
-//! until the energy (or rate) is surely within the target; then steps are halved while it stays so.
-//! Runs have fixed seeds, and the choice follows from their values and from the order of the work
-//! alone, so it does not depend on the machine.
+//! The pilot is a box of the gas that is too small for growing shear waves, run to `t_0`. Theory is
+//! exact there: Haff's law with the relaxation of a2 for the energy of a cooling gas, Enskog's
+//! collision rate for an elastic one. For each engine, simulators per disk are doubled until the
+//! energy (or rate) is surely within the target. The number of time steps is then halved while this
+//! holds. Runs have fixed seeds and a fixed order of work, so the choice does not depend on the
+//! machine.
 //!
-//! The bound is on the error of the scheme against Enskog's theory, not on the difference to exact
-//! disks, which violate molecular chaos.
+//! The target bounds the error of the scheme against Enskog's theory. The difference to exact
+//! disks, which violate molecular chaos, is not included.
 
 use rayon::prelude::*;
 use stosszahl_analysis::accuracy::{Known, SettingAccuracy};
@@ -26,24 +27,27 @@ use crate::run::options::RunOptions;
 use crate::unsaved::{InMemoryRun, collision_rate, energies, measures, resized};
 use crate::words::percent;
 
-/// Largest number of disks of the pilot.
+/// Largest number of disks in the pilot runs that choose the Monte Carlo resolution.
 const MOST_DISKS: usize = 400;
-/// Smallest number of disks of the pilot.
+/// Smallest number of disks in the pilot runs that choose the Monte Carlo resolution.
 const FEWEST_DISKS: usize = 24;
-/// Side of the pilot's box over the shortest growing wavelength.
+/// Side of the pilot's box over the shortest wavelength at which shear modes grow. Below 1 the gas
+/// stays uniform.
 const STABLE: f64 = 0.7;
-/// Number of pilot runs for each candidate.
+/// Number of pilot runs for each candidate resolution.
 const RUNS: u64 = 200;
-/// Numbers of simulators per disk that are tried, in turn.
+/// Numbers of simulators per disk that pilot runs try, in this order.
 const SIMULATORS: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
-/// First replica number of the pilot runs, beyond the replica numbers of any run.
+/// First replica number of the pilot runs. No replica of a case has such a large number, so random
+/// streams never coincide.
 const FIRST: u64 = 1 << 34;
-/// Duration of the pilot in Haff's times, for a cooling gas.
+/// Duration of a pilot run of a cooling gas \[Haff times `t_0`\].
 const COOLING: f64 = 1.0;
-/// Duration of the pilot in mean free times, for an elastic gas.
+/// Duration of a pilot run of an elastic gas \[mean free times\].
 const ELASTIC: f64 = 20.0;
 
-/// Chooses the resolution of all points that ask for an accuracy.
+/// Chooses simulators and time step for each point whose case sets `[accuracy] target`, by pilot
+/// runs.
 ///
 /// # Errors
 /// [`RunError`] if the pilot fails or is stopped.
@@ -76,8 +80,8 @@ pub fn choose_resolution<'a>(
     planned.into_iter().map(one).collect()
 }
 
-/// Chooses the resolution of a point; returns the case with the chosen values, and the reasons in
-/// words.
+/// Chooses the Monte Carlo resolution of one point by pilot runs. Returns the case with the chosen
+/// values, and the reasons as text.
 fn choose(
     plan: &CasePlan,
     target: f64,
@@ -123,7 +127,8 @@ fn choose(
     Ok((case, words))
 }
 
-/// Case of the pilot: a small box of the same gas, up to `t_0`.
+/// Returns the case of the pilot: a small uniform box of the gas, for one Haff time or 20 mean free
+/// times.
 fn pilot(plan: &CasePlan) -> Case {
     let density = plan.gas.packing_fraction / std::f64::consts::FRAC_PI_4;
     let side = STABLE * plan.critical_length();
@@ -158,7 +163,7 @@ fn pilot(plan: &CasePlan) -> Case {
     case
 }
 
-/// Resolution of a Monte Carlo engine, with the accuracy that the pilot found.
+/// Candidate resolution of a Monte Carlo engine, with the accuracy that its pilot runs found.
 struct Choice {
     parameters: Parameters,
     found: SettingAccuracy,
@@ -192,7 +197,7 @@ impl Choice {
     }
 }
 
-/// Search for the cheapest resolution of one engine that meets the target.
+/// Search for the cheapest resolution of one Monte Carlo engine whose error is within the target.
 struct Search<'a> {
     plan: &'a CasePlan,
     measures: &'a [&'static dyn Measure],
@@ -264,7 +269,8 @@ impl Search<'_> {
         best.map_or_else(|| self.measure(engine, asked), Ok)
     }
 
-    /// Halves the number of steps while the target is met.
+    /// Halves the number of time steps per cell crossing as long as the error stays within the
+    /// target.
     fn fewer_steps(&self, engine: &EnginePlan, mut choice: Choice) -> Result<Choice, PartError> {
         while choice.parameters.steps_per_cell_crossing >= 2.0 {
             let steps_per_cell_crossing = 0.5 * choice.parameters.steps_per_cell_crossing;

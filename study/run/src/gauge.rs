@@ -1,39 +1,39 @@
-//! Progress estimate: the fraction of a run's work that is done, in units of time.
+//! Progress estimate: the fraction of a run's work that is done, measured in computing time.
 //!
-//! A replica has parts: its start and its engines, one of which may take a hundred times longer
-//! than another. The expected time of a part is its time so far over its fraction done. For parts
-//! that have not begun it is that of the same part in other replicas; before any is known, the
-//! estimate of the plan scaled by the measured parts.
+//! The parts of a replica are its start and its engines, one of which may take a hundred times
+//! longer than another. The expected time of a part is its time so far over its fraction done. A
+//! part that has not begun is expected to take as long as the same part of other replicas. Before
+//! any measurement, the planned times are scaled by those of the measured parts.
 
 use std::time::{Duration, Instant};
 
 use crate::plan::CasePlan;
 
-/// Progress of one point of a sweep, or of the only one.
+/// Progress of one point of a sweep, from the fractions of work done by its parts.
 #[derive(Clone, Debug)]
 pub struct ProgressEstimate {
-    /// Estimated times of the parts of one replica \[s\].
+    /// Estimated times of the start and of each engine for one replica \[s\].
     expected: Vec<f64>,
     parts: Vec<Part>,
-    /// Largest fraction of the work reported so far.
+    /// Largest fraction of work reported so far, from 0 to 1. Reports never decrease.
     told: f64,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     share: f64,
-    /// Instant of the first report, and the fraction of the work it stated. A part resumed from a
-    /// checkpoint begins above zero.
+    /// Instant of the part's first report, and the fraction of its work done by then. A part
+    /// resumed from a checkpoint begins above zero.
     first: Option<(Instant, f64)>,
-    /// Fraction of the work done since the first report.
+    /// Fraction of the part's work done since its first report, from 0 to 1.
     did: f64,
-    /// Time taken since the first report.
+    /// Wall time of the part since its first report.
     took: Duration,
 }
 
 impl ProgressEstimate {
-    /// Creates the estimate for a number of replicas. `expected` holds the times of the parts of
-    /// one replica, its start and then its engines \[s\].
+    /// Creates the progress estimate for a number of replicas. `expected` holds the times of the
+    /// start and of each engine for one replica \[s\].
     pub fn new(replicas: usize, expected: &[f64]) -> Self {
         // An estimate of zero still counts as some work.
         let expected: Vec<f64> = expected.iter().map(|cost| cost.max(1e-3)).collect();
@@ -44,8 +44,7 @@ impl ProgressEstimate {
         }
     }
 
-    /// Creates the estimate of a case: in each replica a start, and the engines in the order of the
-    /// plan.
+    /// Creates the progress estimate of a case from the planned times of its start and its engines.
     pub fn for_case(plan: &CasePlan) -> Self {
         let pace = plan.pace();
         let engines = pace.engines.iter().map(|[first, _]| *first);
@@ -53,7 +52,7 @@ impl ProgressEstimate {
         Self::new(plan.case.replicas as usize, &parts)
     }
 
-    /// Records that a part has done a fraction of its work by now.
+    /// Records the fraction of its work that part `part` has done at the instant `now`.
     pub fn record_share(&mut self, part: usize, share: f64, now: Instant) {
         let Some(part) = self.parts.get_mut(part) else {
             return;
@@ -66,12 +65,12 @@ impl ProgressEstimate {
         }
     }
 
-    /// Records that all work is done.
+    /// Sets the progress estimate to 1: all work is done.
     pub fn end(&mut self) {
         self.told = 1.0;
     }
 
-    /// Fraction of the work that is done; it never falls.
+    /// Returns the fraction of all work done, from 0 to 1. It never decreases.
     pub fn done_share(&mut self) -> f64 {
         let kinds = self.expected.len();
         let of_kind = |kind: usize| self.parts.iter().skip(kind).step_by(kinds.max(1));

@@ -1,11 +1,11 @@
-//! Measured runtime estimate: each engine runs for a moment from its start, and its progress there
-//! is a known fraction of the whole run.
+//! Measured runtime estimate: each engine runs for a short time slice from its start, which is a
+//! known fraction of the whole run.
 //!
-//! The fraction is that of the collisions that theory expects, which is also that of the time
-//! steps, whose length follows the gas. The time of samples is measured separately, once, because
-//! some take longer than the moment. Companion gases of measures are not run: their collisions take
-//! as long as those of the engine. Engines run side by side as in a run, since they share the
-//! memory and caches of the machine.
+//! The fraction is that of the collisions that theory expects. It is also that of the time steps,
+//! whose length follows the gas. The time of samples is measured separately, once, because a sample
+//! may take longer than the time slice. Companion gases of measurements are not run, as their
+//! collisions take as long as those of the engine. Engines run in parallel as in a real run,
+//! because they share memory and caches of the machine.
 
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread;
@@ -26,16 +26,16 @@ use crate::schedule::{ScheduledEvent, schedule_events};
 use crate::start::{Preparation, is_prepared, pairs};
 use crate::theory::homogeneous;
 
-/// Multiple of an engine's time slice after which a time step in progress is interrupted.
+/// Multiple of an engine's time slice after which a running time step is interrupted. Used only to
+/// measure run times.
 const PATIENCE: u32 = 3;
-/// Duration of a sample below which it is measured a second time.
+/// Sampling time below which the measurement of its duration is repeated, for a better estimate.
 const QUICK: Duration = Duration::from_millis(20);
-/// Largest number of points of a sweep that are measured if the time suffices for fewer.
+/// Smallest number of sweep points whose run time is measured, even if the allowed time is short.
 const MEASURED: usize = 6;
 
-/// Measures the runtime of the points of a case on `threads` threads, in about `seconds` in all. Of
-/// many points some are measured, evenly spread, and each other point is estimated from the
-/// nearest.
+/// Measures the run time of a case's sweep points on `threads` threads, in about `seconds` in all.
+/// A few evenly spread points are measured, and the others scaled from the nearest.
 ///
 /// # Errors
 /// [`RunError`] if a start or an engine cannot be made.
@@ -70,7 +70,7 @@ pub fn paces(
     Ok(all.collect())
 }
 
-/// Measures one point: its start, then all engines side by side, as many as there are threads.
+/// Measures the run time of one sweep point: its start, then all engines in parallel.
 fn measured(
     planned: &Planned<'_>,
     threads: usize,
@@ -85,7 +85,7 @@ fn measured(
     let streams = Streams::new(plan.case.seed, 0);
     let (start, particles) = if is_prepared(plan) {
         let (start, particles) =
-            prepared(plan, streams, each).map_err(|error| failed("start", error))?;
+            measure_start(plan, streams, each).map_err(|error| failed("start", error))?;
         (start, Some(particles))
     } else {
         (0.0, None)
@@ -122,8 +122,8 @@ fn measured(
     })
 }
 
-/// Time to solve the theory that tables are compared with \[s\]. The plan keeps the solution, so
-/// that the run does not repeat the work.
+/// Returns the time to solve the theory that result tables show \[s\]. The plan keeps the solution
+/// for the run.
 fn theory(plan: &CasePlan) -> f64 {
     let began = Instant::now();
     // Theory that cannot be followed is left out of a run, too, after the same time.
@@ -138,9 +138,9 @@ fn theory(plan: &CasePlan) -> f64 {
     began.elapsed().as_secs_f64()
 }
 
-/// Makes a start whose equilibration is interrupted after some time; returns its estimated duration
-/// \[s\] and its particles.
-fn prepared(
+/// Prepares initial particles, and interrupts the equilibration after the time slice `each`.
+/// Returns its estimated full duration \[s\] and the particles.
+fn measure_start(
     plan: &CasePlan,
     streams: Streams,
     each: Duration,
@@ -165,14 +165,14 @@ fn prepared(
     Ok((placed + spent * left, particles))
 }
 
-/// Estimated time of an engine for the first replica, and for another \[s\].
+/// Estimates the run time of an engine: for the first replica, and for each further one \[s\].
 fn pace(part: &EngineRun<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     let stop = Interrupt::default();
     let began = Instant::now();
     let mut course = RunState::begin(part, &stop, None)?;
     let beginning = began.elapsed().as_secs_f64();
-    let looks = looking(part, &mut course);
-    let (flown, done) = flying(part, &mut course, &stop, each)?;
+    let looks = estimate_sampling_time(part, &mut course);
+    let (flown, done) = run_time_slice(part, &mut course, &stop, each)?;
     let flight = if done > 0.0 {
         flown / done.min(1.0)
     } else {
@@ -183,9 +183,9 @@ fn pace(part: &EngineRun<'_>, each: Duration) -> Result<[f64; 2], PartError> {
     Ok([0, 1].map(|which| beginning + flight * work[which] + looks[which]))
 }
 
-/// Runs an engine for some time. Returns the time taken \[s\], and the fraction of its whole run
-/// that it did.
-fn flying(
+/// Runs an engine for the time slice `each` without sampling. Returns the time taken \[s\] and the
+/// fraction of the whole run done.
+fn run_time_slice(
     part: &EngineRun<'_>,
     course: &mut RunState<'_>,
     stop: &Interrupt,
@@ -230,8 +230,9 @@ fn flying(
     Ok((began.elapsed().as_secs_f64(), done))
 }
 
-/// Estimated time spent sampling \[s\]: for replica 0 and for each further replica.
-fn looking(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
+/// Estimates the total sampling time of an engine from one sample of each measurement \[s\]: for
+/// replica 0, and for each further replica.
+fn estimate_sampling_time(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
     let plan = part.plan;
     let mut sums = [0.0; 2];
     for (number, measure) in part.measures.iter().enumerate() {
@@ -259,8 +260,8 @@ fn looking(part: &EngineRun<'_>, course: &mut RunState<'_>) -> [f64; 2] {
     sums
 }
 
-/// Raises an interrupt after some time, and another one later, unless the returned sender is
-/// dropped before.
+/// Raises `pause` after a time slice, and `stop` after three, unless the returned sender is dropped
+/// before.
 fn watch(each: Duration, pause: &Interrupt, stop: &Interrupt) -> Sender<()> {
     let (sender, receiver) = mpsc::channel();
     let (pause, stop) = (pause.clone(), stop.clone());
@@ -285,7 +286,7 @@ mod tests {
     use crate::measure::{Measure, Probe, SampleProbe, described};
     use crate::plan::EnginePlan;
 
-    /// Measure whose first sample takes longer than the time slice of the engine.
+    /// Measurement for a test, whose first sample takes longer than the engine's time slice.
     struct Slow;
 
     const GIVEN: Duration = Duration::from_millis(20);
@@ -302,7 +303,7 @@ mod tests {
         }
     }
 
-    /// However long the first sample takes, the engine runs for its time slice: nothing is guessed.
+    /// Tests that the engine runs for its full time slice, however long the first sample takes.
     #[test]
     fn a_long_look_at_the_start_leaves_the_engine_its_time() {
         let text = "format = 2\ntitle = \"slow\"\n[gas]\nnumber = 100\nrestitution = 1\n[box]\npacking_fraction = 0.1\n\
@@ -318,9 +319,9 @@ mod tests {
         };
         let stop = Interrupt::default();
         let mut course = RunState::begin(&part, &stop, None).expect("a course");
-        let looks = looking(&part, &mut course);
+        let looks = estimate_sampling_time(&part, &mut course);
         assert!(looks[0] >= 5.0 * GIVEN.as_secs_f64());
-        let (_, done) = flying(&part, &mut course, &stop, GIVEN).expect("a flight");
+        let (_, done) = run_time_slice(&part, &mut course, &stop, GIVEN).expect("a flight");
         assert!(done > 0.0 && done < 1.0, "{done}");
     }
 }

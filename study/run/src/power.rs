@@ -1,33 +1,34 @@
-//! Statistical power of a case before it is run: differences that its replicas can detect, from
-//! known spreads.
+//! Statistical power of a case before its run: the differences that its replicas can detect, from
+//! the expected spread.
 
 use stosszahl_analysis::replicas::{MOST_REPLICAS, replicas_needed, smallest_effect};
 
 use crate::judge::margin;
 
-/// Probability with which a difference should be detected (the power).
+/// Probability with which a difference is to be detected, the statistical power.
 pub const FOUND: f64 = 0.9;
 
-/// Spread of one quantity over replicas.
+/// Expected spread of one tested quantity over replicas, and the difference to detect.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReplicaSpread {
-    /// Tested quantity, such as "energy, one engine against another".
+    /// Name of the tested quantity, such as "energy, one engine against another".
     pub quantity: String,
-    /// Standard deviation of one replica.
+    /// Standard deviation of the tested quantity over single replicas.
     pub of_one: f64,
-    /// Source of the standard deviation.
+    /// Origin of the standard deviation over replicas, as text.
     pub source: String,
-    /// Difference that should be detected.
+    /// Difference of the quantity that the case should detect.
     pub wanted: f64,
-    /// Number of tests in the verdict, which share its false-alarm probability.
+    /// Number of tests that share the verdict's false-alarm probability (Bonferroni).
     pub tests: usize,
-    /// True if differences are relative, shown in per cent.
+    /// True if differences are relative to the quantity, and shown in per cent.
     pub relative: bool,
 }
 
 impl ReplicaSpread {
-    /// Describes the difference that `replicas` detect with probability [`FOUND`] at false-alarm
-    /// probability `level`, and the number of replicas that detect the wanted difference.
+    /// Formats the difference that `replicas` replicas detect with power [`FOUND`] at false-alarm
+    /// probability `level`. The text also has the number of replicas that detect the wanted
+    /// difference.
     pub fn power(&self, replicas: usize, level: f64) -> String {
         let shown = |difference: f64| {
             if self.relative {

@@ -1,4 +1,5 @@
-//! Event-driven disks.
+//! Speed of the event-driven engine: collisions of hard disks per second after an elastic
+//! equilibration (`stosszahl-trials bench ed`).
 
 use clap::{Args, ValueEnum};
 use stosszahl_ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, StripedEngine};
@@ -11,53 +12,54 @@ use super::{BenchWork, Speed, timed};
 use crate::TrialError;
 use crate::gas::{EqualDisks, disks, fluid, relaxed};
 
-/// `stosszahl-trials bench ed`.
+/// Options of `stosszahl-trials bench ed`, the benchmark of event-driven disks.
 #[derive(Clone, Debug, Args)]
 pub struct BenchEd {
-    /// Number of disks.
+    /// Number of hard disks in the benchmark.
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(2..))]
     pub disks: u32,
-    /// Packing fraction.
+    /// Packing fraction of the benchmark's disks.
     #[arg(long, value_name = "P", default_value_t = 0.25)]
     pub packing_fraction: f64,
-    /// Coefficient of restitution while timing.
+    /// Coefficient of restitution of the disks while timing.
     #[arg(long, value_name = "R", default_value_t = 1.0)]
     pub restitution: f64,
-    /// Arrangement of the start.
+    /// Arrangement of the benchmark's disks before equilibration.
     #[arg(long, value_enum, default_value_t = BenchStart::Disordered)]
     pub start: BenchStart,
-    /// Elastic collisions per particle before timing.
+    /// Elastic collisions per disk before timing.
     #[arg(long, value_name = "C", default_value_t = 10.0)]
     pub equilibrate: f64,
     /// Pair collisions to time [default: 5 for each disk, at least a million].
     #[arg(long, value_name = "M")]
     pub collisions: Option<u64>,
-    /// Threads, each with a strip of the box.
+    /// Number of threads, each with a strip of the box.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: u16,
-    /// Time only until this time, in units of t0 (Haff's time; mean free times of an elastic gas).
+    /// End of the timing instead of a number of collisions, in units of t0 (Haff's time; mean free
+    /// times of an elastic gas).
     #[arg(long, value_name = "T")]
     pub until: Option<f64>,
-    /// Shear rate of a uniform flow, in units of the diameter, the mass and the temperature of the
-    /// start.
+    /// Shear rate of a uniform shear flow, in units of the diameter, the mass and the temperature
+    /// of the start.
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     pub shear_rate: Option<f64>,
-    /// Print one JSON object.
+    /// Print the measured speed as one JSON object.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Arrangement of disks before they are equilibrated.
+/// Arrangement of the benchmark's disks before equilibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BenchStart {
-    /// Random sequential addition; above packing 0.45, a molten lattice.
+    /// Start from random sequential addition; above packing 0.45, from a molten lattice.
     Disordered,
-    /// Hexagonal lattice.
+    /// Start from a hexagonal lattice of disks.
     Hexagonal,
 }
 
 impl BenchEd {
-    /// Returns the equilibrated gas.
+    /// Creates the benchmark's disks and equilibrates them by elastic collisions.
     fn start(&self) -> Result<State<EqualDisks>, TrialError> {
         let (packing, each) = (self.packing_fraction, self.equilibrate);
         let good = packing > 0.0 && packing <= kinetic::CLOSE_PACKING;
@@ -90,8 +92,8 @@ impl BenchEd {
 }
 
 impl BenchWork for BenchEd {
-    /// Times the next collisions, or the collisions until a time in units of `t_0`; includes the
-    /// time to make the engine.
+    /// Measures the collisions per second of event-driven disks, up to a number of collisions or a
+    /// time in units of `t_0`. Engine set-up is included.
     fn measure_speed(&self) -> Result<Speed, TrialError> {
         let (scene, start) = (disks(self.restitution)?, self.start()?);
         let Some(rate) = self.shear_rate else {
@@ -116,7 +118,7 @@ impl BenchWork for BenchEd {
 }
 
 impl BenchEd {
-    /// Times an engine of this scene from a start.
+    /// Times the event-driven collisions of one particle model from a given start.
     fn time<P: ParticleModel<Space = Plane>>(
         &self,
         scene: P,

@@ -1,5 +1,5 @@
-//! `stosszahl-trials bench mixture`: a highly polydisperse cooling gas of spheres, the case of
-//! Table I of Bodrova & Osinsky (2024).
+//! Speed of Monte Carlo collisions without positions: a highly polydisperse cooling gas of spheres,
+//! the case of Table I of Bodrova & Osinsky (2024).
 
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
@@ -11,53 +11,54 @@ use super::{BenchWork, Speed, timed};
 use crate::TrialError;
 use crate::gas::{Spheres, spheres, without_positions};
 
-/// `stosszahl-trials bench mixture`.
+/// Options of `stosszahl-trials bench mixture`, the benchmark of a polydisperse gas without
+/// positions.
 #[derive(Clone, Debug, Args)]
 pub struct BenchMixture {
-    /// Pair selection.
+    /// Algorithm that selects colliding pairs.
     #[arg(long, value_enum, default_value_t = SelectionArgument::AliasTables)]
     pub selection: SelectionArgument,
     /// Number of monomers; there are k^-3 times as many spheres of mass k.
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=1_000_000_000))]
     pub monomers: u32,
-    /// Rounding of the numbers of particles: down (100 sizes for a million monomers) or to the
-    /// nearest (125 sizes).
+    /// Rounding of the numbers of spheres of each mass: down (100 sizes for a million monomers) or
+    /// to the nearest (125 sizes).
     #[arg(long, value_enum, default_value_t = CountRounding::Down)]
     pub counts: CountRounding,
-    /// Coefficient of restitution.
+    /// Coefficient of restitution of the spheres.
     #[arg(long, value_name = "R", default_value_t = 0.5)]
     pub restitution: f64,
-    /// Pair collisions to time [default: until the time].
+    /// Pair collisions to time [default: all until the end time].
     #[arg(long, value_name = "M")]
     pub collisions: Option<u64>,
-    /// Time to reach, in units of the monomers' diameter over thermal speed.
+    /// End time of the benchmark, in units of the monomers' diameter over thermal speed.
     #[arg(long, value_name = "T", default_value_t = 100.0)]
     pub until: f64,
-    /// Seed of the start and of the run.
+    /// Seed of the start and of the collisions.
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub seed: u64,
-    /// Print one JSON object.
+    /// Print the measured speed as one JSON object.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Pair selection, by the names that case files have.
+/// Algorithm that selects colliding pairs, by its name in case files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SelectionArgument {
-    /// Groups of like speed and size in alias tables: the fastest.
+    /// Alias tables over groups of similar speed and size: the fastest.
     AliasTables,
-    /// Products of the weights of size classes, found in trees.
+    /// Low-rank products of the weights of size classes, found in trees.
     LowRank,
-    /// Bird's single majorant.
+    /// Bird's method with a single majorant for all pairs.
     SingleMajorant,
 }
 
-/// Rounding of the numbers of particles.
+/// Rounding of the numbers of spheres of each mass to whole numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum CountRounding {
-    /// Rounding down.
+    /// Rounding of the numbers of spheres down to whole numbers.
     Down,
-    /// Rounding to the nearest whole number.
+    /// Rounding of the numbers of spheres to the nearest whole numbers.
     Nearest,
 }
 

@@ -1,4 +1,5 @@
-//! Speed: benchmarks whose work is defined.
+//! Benchmarks of the engines: collisions per second for a fixed amount of work, on the command
+//! line.
 
 mod event_driven;
 mod mixture;
@@ -15,18 +16,18 @@ pub use event_driven::BenchEd;
 pub use mixture::{BenchMixture, CountRounding, SelectionArgument};
 pub use monte_carlo::BenchDsmc;
 
-/// Measured numbers, by the names that scripts rely on.
+/// Measured speeds and times of a benchmark, by the names that scripts rely on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Speed(Vec<(&'static str, Value)>);
 
 impl Speed {
-    /// Adds a number, or a word.
+    /// Adds a named number or text to the results of a benchmark.
     pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
         self.0.push((name, value.into()));
         self
     }
 
-    /// Returns one of the numbers; NaN if there is none of this name.
+    /// Returns the named number of a benchmark's results; NaN without one of this name.
     pub fn number(&self, name: &str) -> f64 {
         let found = self.0.iter().find(|(key, _)| *key == name);
         found
@@ -34,7 +35,7 @@ impl Speed {
             .unwrap_or(f64::NAN)
     }
 
-    /// Formats the numbers in the order in which they are listed: one JSON object, or a line for
+    /// Formats the results of a benchmark in their order: as one JSON object, or with a line for
     /// each.
     pub fn text(&self, json: bool) -> String {
         let values = self.0.iter();
@@ -55,13 +56,13 @@ impl Speed {
     }
 }
 
-/// Piece of work for an engine, as requested on the command line.
+/// Benchmark of an engine with its options from the command line.
 pub(crate) trait BenchWork {
-    /// Makes the start and times the work; refuses numbers out of range.
+    /// Creates the start of the benchmark and times its work. Options out of range are an error.
     fn measure_speed(&self) -> Result<Speed, TrialError>;
 }
 
-/// Runs some work; returns its result, and its wall and CPU seconds.
+/// Runs a closure and returns its result with its wall and CPU time \[s\].
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64, f64) {
     let (began, cpu) = (Instant::now(), ProcessTime::now());
     let done = work();

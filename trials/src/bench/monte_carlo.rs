@@ -1,5 +1,5 @@
-//! Dilute hard particles for the Monte Carlo engine: cells of half a mean free path and a constant
-//! step.
+//! Speed of the Monte Carlo engine: dilute hard particles in cells of half a mean free path, with a
+//! constant time step.
 
 use clap::Args;
 use rand::RngExt;
@@ -11,31 +11,31 @@ use super::{BenchWork, Speed, timed};
 use crate::TrialError;
 use crate::gas::{PLAIN, SmoothParticles, UNIT, particles, random, warm};
 
-/// `stosszahl-trials bench dsmc`.
+/// Options of `stosszahl-trials bench dsmc`, the benchmark of Monte Carlo in cells.
 #[derive(Clone, Debug, Args)]
 pub struct BenchDsmc {
-    /// Disks in the plane (2) or spheres in space (3).
+    /// Dimension of space: disks in the plane (2) or spheres in space (3).
     #[arg(long, value_name = "D", default_value_t = 2, value_parser = clap::value_parser!(u8).range(2..=3))]
     pub dimension: u8,
-    /// Number of simulators, about: cells are filled equally.
+    /// Approximate number of simulators: all cells are filled equally.
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(2..))]
     pub simulators: u32,
-    /// Simulators for each cell.
+    /// Simulators in each cell.
     #[arg(long, value_name = "C", default_value_t = 10.0)]
     pub per_cell: f64,
-    /// Pair collisions for each simulator and step.
+    /// Pair collisions per simulator and time step.
     #[arg(long, value_name = "R", default_value_t = 0.07)]
     pub collisions_per_step: f64,
-    /// Steps to time.
+    /// Number of time steps whose duration is measured.
     #[arg(long, value_name = "S", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
     pub steps: u64,
-    /// Threads [default: all cores].
+    /// Threads of the Monte Carlo engine [default: all cores].
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// No collisions; all else as with them.
+    /// Move simulators without collisions, with all else unchanged.
     #[arg(long)]
     pub free_flight: bool,
-    /// Print one JSON object.
+    /// Print the measured speed as one JSON object.
     #[arg(long)]
     pub json: bool,
 }
@@ -65,7 +65,7 @@ impl BenchWork for BenchDsmc {
 
 impl BenchDsmc {
     fn measure_in<S: Space>(&self) -> Result<Speed, TrialError> {
-        /// Steps before timing, in which tiles allocate their memory.
+        /// Time steps before timing, in which tiles allocate their memory.
         const WARM_UP: u64 = 5;
         // Volume of a cell over that of a particle: with the mean free path l/phi, a cell holds phi
         // (l/2 phi)^D particles.
@@ -117,7 +117,7 @@ impl BenchDsmc {
     }
 }
 
-/// Creates an ideal gas at temperature one in a box with the given side.
+/// Creates an ideal gas of `count` particles at temperature one in a square or cubic box.
 fn start<S: Space>(
     count: usize,
     side: f64,

@@ -1,8 +1,9 @@
-//! Rates of *agree* and *differ* for true differences of zero, half a margin, one margin and two.
+//! Calibration of the verdicts *agree* and *differ* at true differences of zero, half a margin, one
+//! margin and two.
 //!
-//! Replicas are drawn with replacement from a stored pool of real gases: two draws from one pool do
-//! not differ, whatever the distribution is. A known difference is then planted on them. Profiles
-//! are drawn from normal distributions, as means over blocks of time.
+//! Replicas are drawn with replacement from stored real gases. Two samples of one pool do not
+//! differ, whatever their distribution. A known difference is then planted on one sample. Profiles
+//! are drawn from normal distributions, as means over time blocks.
 
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -18,12 +19,13 @@ use super::{LEVEL, empty_window, highest_rate, judge_energies, run_case_text};
 use crate::table::mean;
 use crate::{Done, TrialError, TrialLog};
 
-/// True differences, in units of the margin.
+/// True differences planted on replicas, in units of the verdict's margin.
 const DIFFERENCES: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
-/// Numbers of replicas with which verdicts are drawn.
+/// Numbers of replicas for which verdicts are drawn.
 const REPLICAS: [usize; 3] = [4, 8, 16];
 
-/// Formats a case of one replica: 100 particles of a restitution, with engines and measures.
+/// Formats the case file of one replica: 100 particles with a coefficient of restitution, and the
+/// given engines and measurements.
 fn case_text(restitution: f64, engines_and_measures: &str) -> String {
     format!(
         "format = 2
@@ -44,15 +46,15 @@ until = 20
     )
 }
 
-/// Replica of a gas in the pool.
+/// Stored replica of a real gas, from which calibration samples are drawn.
 struct Replica {
-    /// Energies over the energy of the start, at each sample after the start.
+    /// K/K(0) of the gas at each sample time after the start.
     energies: Vec<f64>,
-    /// Impact parameters in windows of time.
+    /// Impact parameters of the gas's collisions in time windows.
     windows: Vec<CollisionWindow>,
 }
 
-/// Replicas of one engine, with sample times and windows.
+/// Stored replicas of one engine to draw from, with their sample times and time windows.
 struct Pool {
     name: String,
     times: Vec<f64>,
@@ -60,8 +62,7 @@ struct Pool {
     replicas: Vec<Replica>,
 }
 
-/// Rebuilds the spans and the windows of impact parameters of one engine from the counts of a
-/// table.
+/// Reads the time windows and counts of impact parameters of one engine from a result table.
 fn windows(
     table: &Table,
     engine: &str,
@@ -75,14 +76,15 @@ fn windows(
         }
         if let Some(window) = windows.last_mut() {
             let bin = (20.0 * row.number("bin_low")?).round() as usize;
-            put(window, bin, row.number("count")? as u64);
+            add_collisions(window, bin, row.number("count")? as u64);
         }
     }
     Ok((spans, windows))
 }
 
-/// Adds collisions to a bin of a window, uniform within the bin.
-fn put(window: &mut CollisionWindow, bin: usize, count: u64) {
+/// Adds `count` collisions to one bin of impact parameters, with their moments as if uniform within
+/// the bin.
+fn add_collisions(window: &mut CollisionWindow, bin: usize, count: u64) {
     let place = (bin as f64 + 0.5) / window.bins.len() as f64;
     window.bins[bin] += count;
     window.collisions += count;
@@ -90,8 +92,8 @@ fn put(window: &mut CollisionWindow, bin: usize, count: u64) {
     window.impact_square += count as f64 * (place * place + 1.0 / 4800.0);
 }
 
-/// Returns the number of gases in a pool, and the numbers of replicas that are drawn from it.
-fn extent(log: &TrialLog) -> (usize, &'static [usize]) {
+/// Returns the number of gases to store, and the numbers of replicas to draw from them.
+fn pool_size(log: &TrialLog) -> (usize, &'static [usize]) {
     if log.effort.quick {
         (24, &REPLICAS[1..2])
     } else {
@@ -99,7 +101,7 @@ fn extent(log: &TrialLog) -> (usize, &'static [usize]) {
     }
 }
 
-/// Runs single replicas of a case, and collects energies and impact parameters of each engine.
+/// Runs single-replica cases and stores the energies and impact parameters of each engine.
 fn pools(
     log: &mut TrialLog,
     text: &str,
@@ -142,7 +144,7 @@ fn pools(
     Ok(pools)
 }
 
-/// Counts of verdicts for one true difference.
+/// Counts of *agree* and *differ* verdicts at one true difference.
 #[derive(Clone, Copy, Debug, Default)]
 struct Rates {
     samples: usize,
@@ -150,7 +152,7 @@ struct Rates {
     differ: usize,
     /// Number of *differ* verdicts whose stated lower bound exceeds the true difference.
     missed: usize,
-    /// Sum of estimates over the truth, of *differ* verdicts.
+    /// Sum over *differ* verdicts of the estimated difference over the true one.
     inflation: f64,
 }
 
@@ -171,7 +173,7 @@ impl Rates {
     }
 }
 
-/// Reads the lower bound from the sentence of a *differ* verdict.
+/// Parses the lower bound of the difference from the sentence of a *differ* verdict.
 fn bound(sentence: &str) -> Option<f64> {
     let (_, said) = sentence.rsplit_once("at least ")?;
     let (value, scale) = match said.trim_end_matches('.').strip_suffix(" %") {
@@ -181,8 +183,8 @@ fn bound(sentence: &str) -> Option<f64> {
     Some(scale * value.parse::<f64>().ok()?)
 }
 
-/// Draws verdicts for each true difference and each number of replicas, and checks the rates of
-/// wrong ones against the stated level.
+/// Draws verdicts for each true difference and number of replicas, and checks that wrong verdicts
+/// are no more frequent than stated.
 fn measure(
     log: &mut TrialLog,
     what: &str,
@@ -225,10 +227,10 @@ fn measure(
     Ok(())
 }
 
-/// Compares energies of cooling gases: two draws from the pool of one engine, the first raised by
-/// the planted difference at all times.
+/// Calibrates the energy verdict on replicas of cooling gases: one of two samples from the same
+/// engine is raised by the planted difference.
 pub(super) fn cooling(log: &mut TrialLog) -> Done {
-    let (count, counts) = extent(log);
+    let (count, counts) = pool_size(log);
     let chaos = "[engine.dsmc-contact-point]\nsimulators_per_particle = 1\n[measure.energy]";
     let pools = pools(log, &case_text(0.8, chaos), "cooling", count)?;
     for pool in &pools {
@@ -258,15 +260,15 @@ pub(super) fn cooling(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Compares impact parameters of elastic exact disks with uniform ones.
+/// Calibrates the impact-parameter verdict on replicas of elastic gases of exact disks.
 pub(super) fn elastic(log: &mut TrialLog) -> Done {
-    let (count, counts) = extent(log);
+    let (count, counts) = pool_size(log);
     let pools = pools(log, &case_text(1.0, ""), "elastic", count)?;
     pools.iter().try_for_each(|pool| impact(log, pool, counts))
 }
 
-/// Compares impact parameters of drawn replicas with uniform ones; each replica is mirrored at
-/// random, which removes any slope, and then tilted by the planted one.
+/// Calibrates the impact-parameter verdict on stored replicas. Each is mirrored at random, which
+/// removes any slope, and then tilted by the planted slope.
 fn impact(log: &mut TrialLog, pool: &Pool, counts: &[usize]) -> Done {
     // Margin of twice the root mean square slope of one replica: eight replicas find a slope of two
     // margins in most cases.
@@ -294,8 +296,8 @@ fn impact(log: &mut TrialLog, pool: &Pool, counts: &[usize]) -> Done {
     })
 }
 
-/// Returns a window with its density mirrored if `over` is true, and multiplied by
-/// `1 + slope (u - 1/2)`.
+/// Returns the collisions of a window with the density of u = b/d multiplied by `1 + slope (u -
+/// 1/2)`. If `over` is true, the density is mirrored before.
 fn tilted(window: &CollisionWindow, over: bool, slope: f64) -> CollisionWindow {
     let bins = window.bins.len();
     let mut tilted = CollisionWindow {
@@ -309,12 +311,13 @@ fn tilted(window: &CollisionWindow, over: bool, slope: f64) -> CollisionWindow {
         let bin = if over { bins - 1 - bin } else { bin };
         let place = (bin as f64 + 0.5) / bins as f64;
         let factor = (1.0 + slope * (place - 0.5)).max(0.0);
-        put(&mut tilted, bin, (count as f64 * factor).round() as u64);
+        add_collisions(&mut tilted, bin, (count as f64 * factor).round() as u64);
     }
     tilted
 }
 
-/// Compares profiles at twenty places, means over forty blocks of time, of two engines.
+/// Calibrates the profile verdict on two drawn profiles of twenty positions, each a mean over forty
+/// time blocks.
 pub(super) fn profiles(log: &mut TrialLog) -> Done {
     const BLOCKS: usize = 40;
     const PLACES: usize = 20;

@@ -1,4 +1,4 @@
-//! Text of the block of claims about accuracy, from the table of all claims.
+//! Documentation block of the claims about accuracy, generated from the table of all claims.
 
 use stosszahl_results::{Table, TableRow};
 
@@ -6,7 +6,7 @@ use super::tables::markdown_table;
 use crate::TrialError;
 use crate::table::numbers;
 
-/// Formats the number of claims by part and verdict, and the claim of each part that is closest to
+/// Formats how many claims of each part have each verdict, and the claim of each part nearest to
 /// its tolerance.
 pub(super) fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let mut parts: Vec<(&str, Vec<TableRow<'_>>)> = Vec::new();
@@ -45,7 +45,7 @@ pub(super) fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
     ))
 }
 
-/// Formats the claim whose deviation is the largest share of its tolerance.
+/// Formats the claim whose deviation is the largest fraction of its tolerance.
 fn closest(rows: &[TableRow<'_>]) -> Result<String, TrialError> {
     let (mut text, mut largest) = ("–".to_owned(), 0.0);
     for row in rows {

@@ -1,26 +1,26 @@
-//! Blocks of Markdown: search, reading and replacement.
+//! Search, parsing and replacement of generated blocks in Markdown pages.
 
-/// First line of a documentation block: its name, commit and versions.
+/// First line of a generated documentation block: name, commit, date and statistics versions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Head {
-    /// Name of the documentation block.
+    /// Name of the generated documentation block.
     pub name: String,
-    /// Commit of the program that made the runs.
+    /// Commit of the program whose runs the block shows.
     pub commit: String,
-    /// Day of the commit.
+    /// Date of the commit whose runs the block shows.
     pub date: String,
-    /// Statistics version of each engine that the block rests on.
+    /// Statistics version of each engine whose results the block shows.
     pub statistics: Vec<(String, u32)>,
-    /// Cases whose results were typed in; `None` where a command makes the block.
+    /// Source of hand-typed results: their cases; `None` for a block that a command generates.
     pub typed: Option<String>,
 }
 
-/// Generated part of a Markdown page, between its two comments.
+/// Generated block of a Markdown page, between two HTML comments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageBlock {
-    /// First line of the block.
+    /// Parsed first line of the documentation block: name, commit and statistics versions.
     pub head: Head,
-    /// Text between the first and the last line.
+    /// Text of the documentation block between its first and its last line.
     pub text: String,
 }
 
@@ -39,7 +39,7 @@ impl Head {
         format!("<!-- docs {name}: commit {commit}, date {date}, statistics{versions}{typed} -->")
     }
 
-    /// Formats the block, from its first line to its last.
+    /// Formats a generated block with new text `made`, from its first line to its last.
     pub(crate) fn format_block(&self, made: &str) -> String {
         let (line, made, name) = (self.line(), made.trim(), &self.name);
         format!("{line}\n\n{made}\n\n<!-- end of {name} -->")
@@ -74,7 +74,7 @@ impl Head {
     }
 }
 
-/// Returns the names of all blocks of a page, in their order.
+/// Returns the names of all generated blocks of a page, in order.
 pub fn names(page: &str) -> Vec<String> {
     let heads = page.split("<!-- docs ").skip(1);
     heads
@@ -82,12 +82,12 @@ pub fn names(page: &str) -> Vec<String> {
         .collect()
 }
 
-/// Returns true if a page has an empty block of this name.
+/// Returns true if a page has an empty generated block of this name, to be filled later.
 pub fn is_open(page: &str, name: &str) -> bool {
     block_offsets(page, name).is_some_and(|[_, inner, end, _]| page[inner..end].trim().is_empty())
 }
 
-/// Returns the text outside of all blocks and of all code.
+/// Returns the text of a page outside generated blocks and code.
 pub fn outside(page: &str) -> String {
     let mut rest = page.to_owned();
     for name in names(page) {
@@ -99,7 +99,8 @@ pub fn outside(page: &str) -> String {
     fenced.collect()
 }
 
-/// Returns the byte offsets of a block: its begin, begin and end of its text, and its end.
+/// Returns four byte offsets of a generated block: its begin, begin and end of its text, and its
+/// end.
 fn block_offsets(text: &str, name: &str) -> Option<[usize; 4]> {
     let begin = text.find(&format!("<!-- docs {name}:"))?;
     let inner = begin + text[begin..].find('\n')? + 1;
@@ -108,7 +109,8 @@ fn block_offsets(text: &str, name: &str) -> Option<[usize; 4]> {
     Some([begin, inner, end, end + last.len()])
 }
 
-/// Returns the block of a name; `None` if there is none, or its first line cannot be read.
+/// Finds the generated block of a name in a page; `None` without one, or if its first line is
+/// malformed.
 pub fn find_block(text: &str, name: &str) -> Option<PageBlock> {
     let [begin, inner, end, _] = block_offsets(text, name)?;
     Some(PageBlock {
@@ -117,7 +119,7 @@ pub fn find_block(text: &str, name: &str) -> Option<PageBlock> {
     })
 }
 
-/// Returns a page with another block in place of the one of this name; `None` if there is none.
+/// Returns the page with the generated block of this name replaced; `None` without such a block.
 pub fn replace(text: &str, head: &Head, made: &str) -> Option<String> {
     let [begin, _, _, end] = block_offsets(text, &head.name)?;
     Some(format!(

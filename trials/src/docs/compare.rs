@@ -1,11 +1,11 @@
-//! Comparison of two texts number by number: numbers with an error within their errors, everything
-//! else literally.
+//! Comparison of two texts, word by word: numbers within their standard errors, everything else
+//! exactly.
 
-/// Largest difference of two numbers in standard errors: the chance is 1e-5 that one of 1000 true
-/// pairs exceeds it, by the normal distribution.
+/// Largest difference of two equal numbers in standard errors. By the normal distribution, one of
+/// 1000 exceeds it with probability 1e-5.
 const Z: f64 = 5.7;
 
-/// Word of a text, or number with its error.
+/// Token of a text: a word, or a number with its standard error.
 #[derive(Clone, Debug, PartialEq)]
 enum Token<'a> {
     Word(&'a str),
@@ -13,13 +13,12 @@ enum Token<'a> {
         text: String,
         value: f64,
         error: f64,
-        /// Rounding error of the number as written: half a unit of its last digit.
+        /// Rounding error of the printed number: half a unit of its last digit.
         rounding: f64,
     },
 }
 
-/// Half a unit of the last digit of a number as it is written; `None` if its exponent cannot be
-/// read.
+/// Returns half a unit of the last digit of a printed number; `None` if its exponent is malformed.
 fn half_digit(text: &str) -> Option<f64> {
     let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
     let digits = mantissa
@@ -57,7 +56,7 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
     list
 }
 
-/// Lists the differences of two texts, in words; empty if they agree.
+/// Lists the differences between an old and a new text as sentences; empty if they agree.
 ///
 /// `a ± b` agrees with `c ± d` within 5.7 standard errors of their difference and its rounding, if
 /// errors are alike within a factor of two. Everything else must be the same.

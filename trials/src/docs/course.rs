@@ -1,5 +1,5 @@
-//! Blocks of the energies of exact disks against the contact-point scheme, with the factors of
-//! their cooling rates: long tables, which are files.
+//! Documentation blocks of cooling runs: energies of exact disks against the contact-point scheme,
+//! and factors of the cooling rates. The long tables are files.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,8 @@ use super::results::{At, Is, number_text};
 use super::tables::{energy_ratio, exact_energy, of_window};
 use crate::TrialError;
 
-/// Maker of the block of 10 000 exact disks and of 64 simulators for each.
+/// Generator of the block for 10 000 exact disks against the contact-point scheme with 64
+/// simulators per disk.
 pub(super) const BROKEN_CHAOS: DataMaker = DataMaker::Data {
     table: |results| {
         let times = [0.2, 0.4309, 0.9283, 2.0, 4.309, 9.283, 20.0];
@@ -19,7 +20,8 @@ pub(super) const BROKEN_CHAOS: DataMaker = DataMaker::Data {
     data: DATA,
 };
 
-/// Maker of the block of the case of 1998 and of four simulators for each disk.
+/// Generator of the block for the gas of Luding, Müller & McNamara (1998), against the
+/// contact-point scheme with four simulators per disk.
 pub(super) const UNBIASED: DataMaker = DataMaker::Data {
     table: |results| {
         let times = [0.1, 1.0, 2.154, 10.0, 21.54, 46.42, 100.0, 215.4, 400.0];
@@ -30,11 +32,12 @@ pub(super) const UNBIASED: DataMaker = DataMaker::Data {
 
 const DATA: DataTable = DataTable { columns, summary };
 
-/// Engine with Enskog's rate and pressure.
+/// Name of the contact-point engine, the Monte Carlo scheme with Enskog's collision rate and
+/// pressure.
 pub(super) const CONTACT_POINT: &str = "dsmc-contact-point";
-/// Names of the engines, each with its title in the text.
+/// Names of the compared engines, each with its title in the text.
 const ENGINES: [(&str, &str); 2] = [("ed", "exact disks"), (CONTACT_POINT, "contact point")];
-/// Columns of the factors of a cooling rate, and of the cooling rate itself.
+/// Columns of the factors of the cooling rate over molecular chaos, and of the cooling rate itself.
 pub(super) const FACTORS: [&str; 5] = [
     "rate_ratio",
     "speed_ratio",
@@ -54,7 +57,7 @@ fn columns() -> Table {
     }
 }
 
-/// Creates the table of energies at times, and of factors in windows.
+/// Creates the table of energies at sample times, and of cooling-rate factors in time windows.
 fn course(
     results: &FinishedPoints,
     times: &[f64],
@@ -87,8 +90,8 @@ fn course(
     Ok(table)
 }
 
-/// Formats the quotient of energies where it is largest and at the end, and the cooling rates and
-/// slopes of each window.
+/// Formats the energy ratio of exact disks over the scheme at its maximum and at the end. Cooling
+/// rates and slopes of P(b/d) follow for each window.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let rows_of =
         |quantity, engine| table.find_rows(&[("quantity", Is(quantity)), ("engine", Is(engine))]);

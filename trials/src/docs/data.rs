@@ -1,4 +1,5 @@
-//! Text and files of a block, and checks of its files.
+//! Generated text and files of a documentation block, and the check that its text follows from its
+//! file.
 //!
 //! A long table is a file `docs/data/NAME.csv`. The text on the page is a function of that file
 //! alone, so a check finds a page and a file that are not of one run, however long that run was.
@@ -12,17 +13,18 @@ use super::block::find_block;
 use super::entries::ENTRIES;
 use crate::{TrialError, table};
 
-/// Folder of the tables of documentation blocks, from the root of the repository.
+/// Folder of the tables of documentation blocks, relative to the repository root.
 pub const FOLDER: &str = "docs/data";
-/// Largest number of rows of generated tables on a page.
+/// Largest number of rows of generated tables on one page; longer tables are files.
 pub const ROWS_OF_A_PAGE: usize = 30;
 
-/// Markdown text and files of a documentation block.
+/// Generated Markdown text and files of a documentation block.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Made {
-    /// Markdown text of the block, as it stands on the documentation page.
+    /// Markdown text of the block, as on its documentation page.
     pub text: String,
-    /// Pictures and tables of the block: path from the root of the repository, and content.
+    /// Generated pictures and tables of the block: path relative to the repository root, and
+    /// content.
     pub files: Vec<(String, String)>,
 }
 
@@ -33,47 +35,46 @@ impl From<String> for Made {
     }
 }
 
-/// Maker of the text and the files of a documentation block from the results of a run.
+/// Generator of the text and the files of a documentation block from the results of a run.
 pub enum DataMaker {
-    /// Function that makes the text and the files of a block from a finished run.
+    /// Function that generates the text and the files of a block from a finished run.
     Text(fn(&FinishedPoints) -> Result<Made, TrialError>),
-    /// Function that makes a table, which is the file `docs/data/NAME.csv`. The text follows from
-    /// the file.
+    /// Function that creates a table, written to `docs/data/NAME.csv`, and a function of the table
+    /// for the text.
     Data {
-        /// Function that makes the table.
+        /// Function that creates the table of the block from a finished run.
         table: fn(&FinishedPoints) -> Result<Table, TrialError>,
-        /// Columns of the table, and the text of the page.
+        /// Columns of the table, and the formatter of the text on the page.
         data: DataTable,
     },
 }
 
-/// Table of a block that is a file, with the text on the page.
+/// File table of a documentation block, with the text derived from it.
 pub struct DataTable {
-    /// Function that creates the table without rows.
+    /// Function that creates the table with columns and without rows.
     pub columns: fn() -> Table,
-    /// Function that formats the text on the page; the second argument is the link to the file.
+    /// Function that formats the text on the page from the table and the link to its file.
     pub summary: fn(&Table, &str) -> Result<String, TrialError>,
 }
 
-/// Table of all claims about accuracy, whose block no entry makes.
+/// File table of the claims about accuracy, whose block `stosszahl-trials validate` generates.
 const CLAIMS: DataTable = DataTable {
     columns: table::columns,
     summary: accuracy::summary,
 };
 
-/// Returns the path of the table of a block, from the root.
+/// Returns the path of a block's table file, relative to the repository root.
 pub fn path(name: &str) -> String {
     format!("{FOLDER}/{name}.csv")
 }
 
-/// Formats a table as CSV.
+/// Formats a result table as CSV text.
 pub(super) fn csv_text(table: &Table) -> Result<String, TrialError> {
     Ok(String::from_utf8(table.to_csv()?)?)
 }
 
 impl DataTable {
-    /// Returns the table in `docs/data` of a block with this name; `None` if the block is text
-    /// alone.
+    /// Returns the file table of the block with this name; `None` if the block has text only.
     fn of_block(name: &str) -> Option<&'static Self> {
         let entry = ENTRIES.iter().find(|entry| entry.name == name);
         match entry.map(|entry| &entry.make) {
@@ -83,7 +84,7 @@ impl DataTable {
         }
     }
 
-    /// Formats the text of a block, and its file.
+    /// Generates the text and the file of a block from its table.
     pub(super) fn made(&self, name: &str, table: &Table) -> Result<Made, TrialError> {
         Ok(Made {
             text: (self.summary)(table, &format!("data/{name}.csv"))?,
@@ -92,12 +93,12 @@ impl DataTable {
     }
 }
 
-/// Formats text and file of the block of claims about accuracy.
+/// Generates the text and the file of the block of claims about accuracy.
 pub(super) fn claims_block(table: &Table) -> Result<Made, TrialError> {
     CLAIMS.made("validation", table)
 }
 
-/// Reads the file of a block; `None` if the block has no file.
+/// Reads the table file of a block; `None` if the block has text only.
 fn read_table(root: &Path, name: &str) -> Result<Option<(&'static DataTable, Table)>, TrialError> {
     let Some(data) = DataTable::of_block(name) else {
         return Ok(None);
@@ -110,9 +111,10 @@ fn read_table(root: &Path, name: &str) -> Result<Option<(&'static DataTable, Tab
     Ok(Some((data, table)))
 }
 
-/// Formats the text of a block from its file; `None` if the block has no file.
+/// Formats the text of a block from its table file; `None` if the block has text only.
 ///
 /// # Errors
+///
 /// The file cannot be read, or lacks a column or a row.
 pub(super) fn text_of_file(root: &Path, name: &str) -> Result<Option<String>, TrialError> {
     let Some((data, table)) = read_table(root, name)? else {
@@ -121,8 +123,8 @@ pub(super) fn text_of_file(root: &Path, name: &str) -> Result<Option<String>, Tr
     Ok(Some(data.made(name, &table)?.text.trim().to_owned()))
 }
 
-/// Lists the reasons why the text of a block does not follow from its file; empty if it does, or
-/// the block has no file.
+/// Lists the reasons why a block's text on a page does not follow from its table file; empty if it
+/// does, or without a file.
 pub fn unfounded(root: &Path, page: &str, name: &str) -> Vec<String> {
     let there = find_block(page, name).map_or(String::new(), |block| block.text);
     match text_of_file(root, name) {
@@ -140,8 +142,7 @@ pub fn unfounded(root: &Path, page: &str, name: &str) -> Vec<String> {
     }
 }
 
-/// Counts the rows of all tables in the blocks of a page; rows of a block inside another count
-/// once.
+/// Counts the table rows in the generated blocks of a page. Rows of nested blocks count once.
 pub fn generated_rows(page: &str) -> usize {
     let (mut depth, mut rows) = (0_usize, 0_usize);
     for line in page.lines() {

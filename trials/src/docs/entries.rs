@@ -1,4 +1,4 @@
-//! All documentation blocks, each with its page, its case and the maker of its text.
+//! List of all generated documentation blocks: page, case and generator of each.
 
 use std::mem::take;
 
@@ -13,33 +13,34 @@ use super::verdicts::VERDICTS;
 use super::{gases, map, papers};
 use crate::TrialError;
 
-/// Block of the documentation, with or without files.
+/// Generated block of the documentation: its page, its runs and its generator.
 pub struct DocsEntry {
-    /// Name of the documentation block.
+    /// Name of the documentation block, unique in the documentation.
     pub name: &'static str,
-    /// Path of the page from the root.
+    /// Path of the block's page, relative to the repository root.
     pub file: &'static str,
-    /// Runs from which the block is made.
+    /// Runs whose results the documentation block shows.
     pub source: EntrySource,
-    /// Engines whose numbers the block shows.
+    /// Engines whose numbers the documentation block shows, with statistics versions.
     pub engines: &'static [EngineVersion],
-    /// True if `--check` makes the block again, in some ten seconds.
+    /// True if `--check` regenerates the block, which takes some ten seconds.
     pub is_cheap: bool,
-    /// Maker of the text and the files of the block.
+    /// Generator of the text and the files of the block.
     pub make: DataMaker,
 }
 
-/// Runs from which a documentation block is made.
+/// Runs whose results a documentation block shows: a bundled case, or all papers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EntrySource {
-    /// Bundled case, by its name.
+    /// Bundled case, by its name, whose results the block shows.
     Case(&'static str),
-    /// Quick runs of all papers: each is a point, with the table of its claims.
+    /// Quick runs of all reproduced papers. Each paper counts as a point, with the table of its
+    /// claims.
     Papers,
 }
 
 impl EntrySource {
-    /// Returns the folder of the results below `results/docs`.
+    /// Returns the folder of the block's results, relative to `results/docs`.
     pub fn folder(self) -> &'static str {
         match self {
             Self::Case(name) => name,
@@ -48,24 +49,24 @@ impl EntrySource {
     }
 }
 
-/// Engine in the first line of a block: its name and its current statistics version.
+/// Engine name and its statistics version, as in the first line of a block.
 pub type EngineVersion = (&'static str, u32);
 
 const ED: EngineVersion = ("ed", stosszahl_ed::STATISTICS_VERSION);
 const DSMC: EngineVersion = ("dsmc", stosszahl_dsmc::STATISTICS_VERSION);
-/// Statistics of `contact-point` with many simulators for each disk, which have a version of their
-/// own.
+/// Statistics version of the `contact-point` scheme with many simulators per disk, counted apart
+/// from other Monte Carlo results.
 const HALFWAY: EngineVersion = ("dsmc-halfway", stosszahl_dsmc::HALFWAY_STATISTICS_VERSION);
 const HOMOGENEOUS: EngineVersion = (
     "homogeneous",
     stosszahl_dsmc::homogeneous::STATISTICS_VERSION,
 );
 
-/// All engines, each with its statistics version.
+/// All engines with their current statistics versions.
 pub(super) const VERSIONS: [EngineVersion; 4] = [ED, DSMC, HALFWAY, HOMOGENEOUS];
 
-/// Creates a block of text that runs the bundled case of its name, and that a check does not make
-/// again.
+/// Creates a text-only block of the bundled case with the same name, which a check does not
+/// regenerate.
 const fn entry(
     name: &'static str,
     file: &'static str,
@@ -75,7 +76,8 @@ const fn entry(
     made_by(name, file, engines, DataMaker::Text(make))
 }
 
-/// Creates a block that runs the bundled case of its name, and that a check does not make again.
+/// Creates a block of the bundled case with the same name and a given generator, which a check does
+/// not regenerate.
 const fn made_by(
     name: &'static str,
     file: &'static str,
@@ -92,19 +94,19 @@ const fn made_by(
     }
 }
 
-/// Returns names and statistics versions of engines in the form of the first line of a block.
+/// Converts engine names and statistics versions to the form of a block's first line.
 pub(super) fn versions(engines: &[EngineVersion]) -> Vec<(String, u32)> {
     let named = |&(name, version): &EngineVersion| (name.to_owned(), version);
     engines.iter().map(named).collect()
 }
 
 impl DocsEntry {
-    /// Returns the current statistics versions of the engines.
+    /// Returns the current statistics versions of the engines whose results the block shows.
     pub fn statistics(&self) -> Vec<(String, u32)> {
         versions(self.engines)
     }
 
-    /// Makes the text and the files from results.
+    /// Generates the text and the files of the block from the results of its runs.
     ///
     /// # Errors
     /// The results lack a number.
@@ -127,7 +129,7 @@ impl DocsEntry {
 }
 
 const BOTH: &[EngineVersion] = &[ED, DSMC];
-/// Engines of the papers, none of which asks for many simulators per disk.
+/// Engines of reproduced papers, which never use many simulators per disk.
 const ALL_BUT_HALFWAY: &[EngineVersion] = &[ED, DSMC, HOMOGENEOUS];
 const EXACT: &[EngineVersion] = &[ED];
 const WITHOUT_POSITIONS: &[EngineVersion] = &[HOMOGENEOUS];
@@ -136,7 +138,7 @@ const CASE_OF_1998: &str = "docs/luding-1998.md";
 const MIXTURES: &str = "docs/mixtures.md";
 const FLOWS: &str = "docs/flows.md";
 
-/// All documentation blocks that a command makes, in the order of a check.
+/// All documentation blocks that a command generates, in the order of a check.
 pub const ENTRIES: &[DocsEntry] = &[
     entry("quick", "README.md", BOTH, quick).cheap(),
     entry("luding-1998-fig3b", CASE_OF_1998, EXACT, fig3b).cheap(),
@@ -203,7 +205,7 @@ fn fig3b(results: &FinishedPoints) -> Result<Made, TrialError> {
     Ok(markdown_table("r | slope of P(b/d)", rows)?.into())
 }
 
-/// Windows of time of the case of 1998.
+/// Time windows in the block of the case of Luding, Müller & McNamara (1998) \[`t_0`\].
 const WINDOWS: [[f64; 2]; 5] = [
     [0.0, 1.0],
     [1.0, 5.0],
@@ -211,7 +213,8 @@ const WINDOWS: [[f64; 2]; 5] = [
     [20.0, 100.0],
     [100.0, 400.0],
 ];
-/// Names of the engines of the case of 1998, each with its title in the text.
+/// Names of the engines in the block of the case of Luding, Müller & McNamara (1998), each with its
+/// title.
 const ENGINES: [(&str, &str); 3] = [
     ("ed", "ED"),
     ("dsmc-free-volume", "free volume"),
@@ -244,7 +247,7 @@ fn dissipation(results: &FinishedPoints) -> Result<Made, TrialError> {
     Ok(markdown_table(header, rows)?.into())
 }
 
-/// Creates the figure of a table that shows a column, with the label of its horizontal axis.
+/// Creates the figure of a table that plots one column, with the label `x` of its horizontal axis.
 fn figure_of(table: &Table, column: &str, x: &'static str) -> Result<Figure, TrialError> {
     let found = table.figures.iter().find(|one| one.y.column == column);
     let missing = || TrialError::failed(format!("{}: no figure of {column}", table.name));

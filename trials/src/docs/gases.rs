@@ -1,5 +1,5 @@
-//! Blocks of gases with positions: transport, pairs near contact, and exact disks against the
-//! contact-point scheme.
+//! Documentation blocks of gases with positions: transport coefficients, pair correlations near
+//! contact, and energies across densities.
 
 use stosszahl_results::{
     FinishedPoints, NumberNotFound, Table, TableEstimate, table, with_decimals,
@@ -11,7 +11,7 @@ use super::results::{At, Is, OF_EXACT, value_and_error};
 use super::tables::{energy_ratio, markdown_table, measured_cells, of_window};
 use crate::TrialError;
 
-/// Makes the block of transport coefficients over Enskog's, by packing.
+/// Generates the block of transport coefficients over Enskog's, for each packing fraction.
 pub(super) fn transport(results: &FinishedPoints) -> Result<Made, TrialError> {
     let coefficients = [
         "self_diffusion_over_enskog",
@@ -31,7 +31,7 @@ pub(super) fn transport(results: &FinishedPoints) -> Result<Made, TrialError> {
     Ok(markdown_table(header, rows)?.into())
 }
 
-/// Makes the block of slopes of P(b/d): of pairs near contact as they are and shuffled, and of slow
+/// Generates the block of slopes of P(b/d): of pairs near contact, of shuffled ones, and of slow
 /// and fast pairs at contact.
 pub(super) fn pairs(results: &FinishedPoints) -> Result<Made, TrialError> {
     let windows = [[0.0, 1.0], [1.0, 10.0], [10.0, 40.0], [40.0, 100.0]];
@@ -53,7 +53,8 @@ pub(super) fn pairs(results: &FinishedPoints) -> Result<Made, TrialError> {
     Ok(markdown_table(header, rows)?.into())
 }
 
-/// Maker of the block of the case `density-ladder`: energy ratios and collision rates by packing.
+/// Generator of the block of the case `density-ladder`: energy ratios and collision rates of exact
+/// disks and the contact-point scheme, by packing fraction.
 pub(super) const LADDER: DataMaker = DataMaker::Data {
     table: ladder,
     data: DataTable {
@@ -95,7 +96,7 @@ fn ladder(results: &FinishedPoints) -> Result<Table, TrialError> {
     Ok(table)
 }
 
-/// Formats the rows of four simulators for each disk.
+/// Formats the table of energy ratios by packing fraction, for four simulators per disk.
 fn ladder_summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let columns = [
         "energy_ratio_1",

@@ -1,12 +1,13 @@
-//! The map of broken chaos: deviation of exact disks from molecular chaos, by packing and
+//! Map of broken molecular chaos: deviations of exact disks from chaos, by packing fraction and
 //! restitution.
 //!
-//! In a box narrower than the critical length the gas stays uniform, so that only the correlation
-//! of few particles is left. Each point has two such boxes, which shows the effect of the box. The
-//! cooling rate is relative to that of chaos at the squared speed of the colliding pairs, because
-//! thermal shear waves lower that speed, the more the wider the box is. It is also relative to that
-//! of N elastic disks ([`of_few`]). Chaos stands for the homogeneous cooling state of Enskog's
-//! equation, whose velocities are not Maxwellian ([`CoolingFactors`]).
+//! In a box narrower than the critical length the gas stays uniform, so only the correlation of few
+//! particles remains. Each point of the map has two such boxes, which shows the effect of the box
+//! size. The cooling rate is relative to that of molecular chaos at the mean squared speed of the
+//! colliding pairs. Thermal shear waves lower this speed, and more so in wider boxes. The cooling
+//! rate is also relative to that of N elastic disks ([`few_disks_ratio`]). Molecular chaos stands
+//! for the homogeneous cooling state of Enskog's equation, whose velocities are not Maxwellian
+//! ([`CoolingFactors`]).
 
 use std::f64::consts::PI;
 
@@ -21,18 +22,19 @@ use super::results::{OF_EXACT, number_text, value_and_error};
 use super::tables::markdown_table;
 use crate::TrialError;
 
-/// Path of the page from the root.
+/// Path of the page of the map of broken molecular chaos, relative to the repository root.
 pub(super) const PAGE: &str = "docs/map.md";
-/// Sonine orders of the velocities under chaos: two more change a cooling rate by 5e-4 at r = 0.5,
-/// where the series converges worst.
+/// Sonine orders of the velocity distribution under molecular chaos. Two more change a cooling rate
+/// by 5e-4 at r = 0.5, where the series converges worst.
 const ORDERS: usize = 8;
-/// Number of standard errors beyond which the results of two boxes of a point disagree.
+/// Number of standard errors beyond which the results of two box sizes disagree.
 const APART: f64 = 3.0;
 
-/// Packing fraction and restitution of a point.
+/// Packing fraction and coefficient of restitution of a point of the map.
 type Place = [f64; 2];
 
-/// Results of one box of a point: the rows of its time windows.
+/// Results of one box size at a point of the map: its number of disks, and table rows of its time
+/// windows.
 struct Gas<'a> {
     at: Place,
     disks: f64,
@@ -59,39 +61,40 @@ impl<'a> Gas<'a> {
         Ok(found)
     }
 
-    /// Slope of P(b/d) in the first time window.
+    /// Returns the slope of P(b/d) in the first time window of the box.
     fn first_slope(&self) -> Result<TableEstimate, NumberNotFound> {
         self.impacts[0].measured("slope")
     }
 
-    /// Slope of P(b/d) in the last time window.
+    /// Returns the slope of P(b/d) in the last time window of the box.
     fn slope(&self) -> Result<TableEstimate, NumberNotFound> {
         self.impacts[self.impacts.len() - 1].measured("slope")
     }
 
-    /// Cooling rate over chaos at the squared speed of pairs in the last window, over the
-    /// same rate of as many elastic disks.
+    /// Returns the cooling rate in the last time window over that of molecular chaos at the same
+    /// pair speed, corrected for the finite number of disks.
     fn cooling(&self) -> Result<TableEstimate, NumberNotFound> {
-        let unit = of_few(self.disks, self.at[0]) * self.chaos.at_pair_speed();
+        let unit = few_disks_ratio(self.disks, self.at[0]) * self.chaos.at_pair_speed();
         self.late("at_pair_speed", unit)
     }
 
-    /// Returns a column of the last time window, over its value under chaos.
+    /// Returns a column of the cooling table in the last time window, over its value under
+    /// molecular chaos.
     fn late(&self, column: &str, chaos: f64) -> Result<TableEstimate, NumberNotFound> {
         let last = self.rates[self.rates.len() - 1].measured(column)?;
         Ok(last.times(1.0 / chaos))
     }
 }
 
-/// Mean of two measurements of one number, weighted by their errors.
+/// Averages two estimates of one number, weighted by their inverse variances.
 fn mean(a: TableEstimate, b: TableEstimate) -> TableEstimate {
     let [[a, a_error], [b, b_error]] = [a, b].map(value_and_error);
     let [wa, wb] = [a_error, b_error].map(|error| error.powi(-2));
     TableEstimate::with_error((wa * a + wb * b) / (wa + wb), Some((wa + wb).powf(-0.5)))
 }
 
-/// Collision rate of N elastic disks at a given squared speed of colliding pairs, over the rate of
-/// very many disks.
+/// Returns the collision rate of N elastic disks at a given squared speed of colliding pairs, over
+/// the rate of infinitely many disks.
 ///
 /// The density of a box of N disks does not fluctuate. That lowers the pairs at contact by half the
 /// variance of the density times the second derivative of `n^2 chi`: by
@@ -101,7 +104,7 @@ fn mean(a: TableEstimate, b: TableEstimate) -> TableEstimate {
 /// Velocities of N disks of fixed energy and momentum are a point on a sphere of `2 (N - 1)`
 /// dimensions. `<g>` is therefore larger by `sqrt(N) Gamma(N - 1)/Gamma(N - 1/2)`, and the squared
 /// speed of colliding pairs by `N/(N - 1/2)`.
-fn of_few(disks: f64, packing: f64) -> f64 {
+fn few_disks_ratio(disks: f64, packing: f64) -> f64 {
     let near = 1e-3;
     let [below, own, above] = [packing - near, packing, packing + near]
         .map(|phi| phi * phi * kinetic::contact_value(phi));
@@ -114,7 +117,7 @@ fn of_few(disks: f64, packing: f64) -> f64 {
     pairs * gammas * (disks - 0.5).sqrt()
 }
 
-/// Returns the results of all boxes.
+/// Reads the results of all boxes of the map.
 fn gases(results: &FinishedPoints) -> Result<Vec<Gas<'_>>, TrialError> {
     let points = results.names();
     points
@@ -122,10 +125,10 @@ fn gases(results: &FinishedPoints) -> Result<Vec<Gas<'_>>, TrialError> {
         .collect()
 }
 
-/// Coefficients of restitution that pages show; files have all of them.
+/// Coefficients of restitution shown on documentation pages. The table files have all of them.
 const SHOWN: [f64; 3] = [0.5, 0.7, 0.9];
 
-/// Returns all values of a coordinate of points, in rising order.
+/// Returns the distinct values of one coordinate of the map's points, in rising order.
 fn coordinates(points: impl IntoIterator<Item = Place>, axis: usize) -> Vec<f64> {
     let mut all: Vec<f64> = points.into_iter().map(|at| at[axis]).collect();
     all.sort_by(f64::total_cmp);
@@ -133,8 +136,8 @@ fn coordinates(points: impl IntoIterator<Item = Place>, axis: usize) -> Vec<f64>
     all
 }
 
-/// Formats a table of Markdown with a row for each restitution of [`SHOWN`] and a column for each
-/// packing.
+/// Formats a Markdown table of the map, with a row for each restitution of `SHOWN` and a column for
+/// each packing fraction.
 fn matrix(cells: &[(Place, String)]) -> Result<String, TrialError> {
     let packings = coordinates(cells.iter().map(|cell| cell.0), 0);
     let mut restitutions = coordinates(cells.iter().map(|cell| cell.0), 1);
@@ -151,14 +154,14 @@ fn matrix(cells: &[(Place, String)]) -> Result<String, TrialError> {
     markdown_table(&format!("r \\ φ{}", header.collect::<String>()), rows)
 }
 
-/// Returns true if the results of two boxes differ by more than three errors.
+/// Returns true if the results of two box sizes differ by more than three standard errors.
 fn disagree(both: [TableEstimate; 2]) -> bool {
     let [[narrow, narrow_error], [wide, wide_error]] = both.map(value_and_error);
     (narrow - wide).abs() > APART * narrow_error.hypot(wide_error)
 }
 
-/// Formats the result of the wider box; both results without an error if they disagree, because
-/// neither is then that of the gas.
+/// Formats the result of the wider box with its error. If the two boxes disagree, formats both
+/// values without errors.
 fn of_boxes(both: [TableEstimate; 2]) -> String {
     if disagree(both) {
         let [[narrow, _], [wide, _]] = both.map(value_and_error);
@@ -168,8 +171,8 @@ fn of_boxes(both: [TableEstimate; 2]) -> String {
     }
 }
 
-/// Formats the results of the two boxes of each point; returns also the number of points at which
-/// they disagree, and the widest error.
+/// Formats the results of both box sizes at each point of the map. Also returns the number of
+/// points at which they disagree, and the largest error.
 fn of_all_boxes(
     points: &[(Place, [TableEstimate; 2])],
 ) -> Result<(String, usize, f64), TrialError> {
@@ -182,7 +185,8 @@ fn of_all_boxes(
     Ok((matrix(&cells)?, apart, errors.fold(0.0, f64::max)))
 }
 
-/// Creates a figure of a column against 1 - r, with a curve for each packing.
+/// Creates a figure of one column against 1 - r for the restitution r, with a curve for each
+/// packing fraction.
 fn figure(title: &'static str, column: &'static str, label: &'static str, chaos: f64) -> Figure {
     let [x, y] = [
         FigureAxis::logarithmic("inelasticity", "1 - r"),
@@ -193,7 +197,7 @@ fn figure(title: &'static str, column: &'static str, label: &'static str, chaos:
         .line("molecular chaos", chaos)
 }
 
-/// Combines a text with a table as files: CSV and its two figures.
+/// Combines the text of a block with its table as CSV and its two figures.
 fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, TrialError> {
     let mut files = vec![(names[0].to_owned(), csv_text(table)?)];
     for (figure, name) in table.figures.iter().zip(&names[1..]) {
@@ -204,7 +208,8 @@ fn made(text: String, table: &Table, names: [&'static str; 3]) -> Result<Made, T
     Ok(Made { text, files })
 }
 
-/// Makes the block of boxes narrower than the critical length: two for each point.
+/// Generates the block of boxes narrower than the critical length of shear modes, two for each
+/// point of the map.
 pub(super) fn uniform(results: &FinishedPoints) -> Result<Made, TrialError> {
     let mut table = table! {
         "map", "Exact disks that cool in boxes narrower than the critical length, against the homogeneous cooling state under molecular chaos.";
@@ -269,7 +274,7 @@ pub(super) fn uniform(results: &FinishedPoints) -> Result<Made, TrialError> {
     made(text, &table, names)
 }
 
-/// Makes the block of boxes of 4000 disks.
+/// Generates the block of boxes of 4000 disks, in which thermal shear waves matter.
 pub(super) fn waves(results: &FinishedPoints) -> Result<Made, TrialError> {
     let mut table = table! {
         "map-waves", "Exact disks that cool in boxes of 4000, against the homogeneous cooling state under molecular chaos, from 5 to 30 t0.";
@@ -308,14 +313,14 @@ pub(super) fn waves(results: &FinishedPoints) -> Result<Made, TrialError> {
     made(text, &table, names)
 }
 
-/// Packings at which three disks alone are compared with the onset: thin enough for a first order,
-/// and dense enough to see it.
+/// Packing fractions at which the three-disk theory is compared with the first collisions of exact
+/// disks: low enough for first order, high enough for a visible effect.
 const THREE_DISKS: [f64; 2] = [0.1, 0.2];
-/// Number of random third disks.
+/// Number of random third disks in the Monte Carlo integral of the three-disk theory.
 const SAMPLES: u64 = 20_000_000;
 
-/// Maker of the block of the first two collisions of a disk, next to the result of three disks
-/// alone.
+/// Generator of the block of P(b/d) in the first two collisions of a disk, next to the three-disk
+/// theory.
 pub(super) const ONSET: DataMaker = DataMaker::Data {
     table: onset,
     data: DataTable {
@@ -356,7 +361,7 @@ fn onset(results: &FinishedPoints) -> Result<Table, TrialError> {
     Ok(table)
 }
 
-/// Formats the slopes at [`SHOWN`], and the widest error of all.
+/// Formats the slopes of P(b/d) at the restitutions `SHOWN`, and the largest error of all.
 fn onset_summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let (mut slopes, mut alone, mut widest) = (Vec::new(), Vec::new(), 0.0_f64);
     for row in table.all_rows() {
@@ -386,12 +391,13 @@ mod tests {
     use super::*;
     use crate::gas::{EqualDisks, UNIT, law, particles, without_positions};
 
-    /// Number of disks without positions.
+    /// Number of disks of the gas without positions that tests the map.
     const DISKS: usize = 20_000;
 
-    /// Collision rate and squared speed of pairs over those of Maxwellian velocities, of disks that
-    /// cool without positions from 40 to 60 collisions of each. The rate is the number of
-    /// collisions over the integral of the root of the temperature, by the trapezoidal rule.
+    /// Simulates disks that cool without positions, and returns collision rate and squared speed of
+    /// pairs over those of Maxwellian velocities. The window is 40 to 60 collisions per disk. The
+    /// rate is the number of collisions over the integral of the square root of the temperature, by
+    /// the trapezoidal rule.
     fn factors_of_a_gas(restitution: f64, seed: u64) -> [f64; 2] {
         let scene: EqualDisks = particles(law(restitution).expect("a law"), UNIT);
         let extent = (DISKS as f64, DISKS);
@@ -424,9 +430,10 @@ mod tests {
         ]
     }
 
-    /// Disks without positions, whose collisions are chaotic by construction. Five standard errors
-    /// of eight gases, which one true mean in 600 exceeds; those of the rate at the speed of pairs
-    /// must be small enough to see its difference to Maxwellian velocities.
+    /// Tests the theory of chaotic cooling on disks without positions, whose collisions are chaotic
+    /// by construction. The tolerance is five standard errors of eight gases, which one true mean
+    /// in 600 exceeds. Errors must be small enough to resolve the difference to Maxwellian
+    /// velocities.
     #[test]
     fn chaos_is_a_cooling_gas_without_positions() {
         for restitution in [0.5, 0.9] {
@@ -461,16 +468,16 @@ mod tests {
         assert_eq!(of_boxes([of(1.0), of(1.05)]), "1.0000 … 1.0500");
     }
 
-    /// Collision rate of N disks in a dilute gas, `1 - 5/(8 N)`: N (N - 1)/2 pairs are 1 - 1/N of
-    /// those of very many disks, and Maxwellian speeds at a given squared speed of pairs add 3/(8
-    /// N).
+    /// Tests the collision rate of N disks in a dilute gas, `1 - 5/(8 N)` of that of many disks.
+    /// The N (N - 1)/2 pairs reduce it by 1/N, and speeds at a fixed squared speed of pairs add
+    /// 3/(8 N).
     #[test]
     fn few_disks_collide_less_often() {
         for disks in [1e3, 1e4] {
             let wanted = 1.0 - 0.625 / disks;
-            assert!((of_few(disks, 1e-6) - wanted).abs() < 10.0 / (disks * disks));
+            assert!((few_disks_ratio(disks, 1e-6) - wanted).abs() < 10.0 / (disks * disks));
         }
-        assert!((of_few(2.0, 1e-6) - 0.5 * 2.0 / PI.sqrt() * 1.5_f64.sqrt()).abs() < 1e-5);
+        assert!((few_disks_ratio(2.0, 1e-6) - 0.5 * 2.0 / PI.sqrt() * 1.5_f64.sqrt()).abs() < 1e-5);
     }
 
     #[test]

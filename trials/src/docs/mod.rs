@@ -1,16 +1,15 @@
-//! Results in README and `docs/` that are made by a command: blocks of Markdown, pictures and
-//! tables, each from named runs of a named commit.
+//! Generated results in README and `docs/`: blocks of Markdown, pictures and tables, each from
+//! named runs of a named commit.
 //!
-//! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and
-//! `<!-- end of NAME -->`. [`ENTRIES`] says for each what it runs and how its tables become text.
-//! With `--check` cheap entries are made again and compared number by number within their errors
-//! (`compare`). Of costly ones the statistics versions of the engines are compared: the block is
-//! refused once an engine that it rests on gives other means. The same holds of blocks that no
-//! entry makes, whose first line says from which cases their numbers were typed in. A block that
-//! shows nothing yet is named but is no fault.
+//! A block stands between `<!-- docs NAME: commit C, date D, statistics ed=1 dsmc=1 -->` and `<!--
+//! end of NAME -->`. [`ENTRIES`] lists its runs and the functions that format its tables. With
+//! `--check` cheap blocks are regenerated and compared number by number within their standard
+//! errors (`compare`). Costly blocks are checked by statistics versions: a block fails once an
+//! engine behind it has a newer version. Hand-typed blocks are checked in the same way; their first
+//! line names the cases of their numbers. An empty block is reported but is no fault.
 //!
-//! A long table is a file `docs/data/NAME.csv`. The block then has counts, what differs and a link
-//! ([`DataTable`]). A check makes that text again from the file.
+//! A long table is a file `docs/data/NAME.csv`. The block then shows counts, deviating rows and a
+//! link ([`DataTable`]). A check regenerates this text from the file.
 
 mod accuracy;
 mod block;
@@ -45,27 +44,27 @@ pub use entries::{DocsEntry, ENTRIES, EngineVersion, EntrySource};
 use entries::{VERSIONS, versions};
 pub use results::{run_bundled, run_papers};
 
-/// `stosszahl-trials docs`.
+/// Options of `stosszahl-trials docs`, which regenerates or checks documentation blocks.
 #[derive(Clone, Debug, Args)]
 pub struct Docs {
-    /// Only this block; may be repeated [default: the cheap ones].
+    /// Documentation block to make; may be repeated [default: the cheap ones].
     #[arg(value_name = "NAME", value_parser = names())]
     pub name: Vec<String>,
-    /// Change nothing, and say what is wrong.
+    /// Change nothing, and report outdated or differing blocks.
     #[arg(long)]
     pub check: bool,
-    /// All blocks, also those that take hours of a core.
+    /// Make all documentation blocks, also those that take hours of a core.
     #[arg(long, conflicts_with_all = ["check", "name"])]
     pub costly: bool,
-    /// Numbers that are not of new runs.
+    /// Use of stored numbers instead of new runs.
     #[command(flatten)]
     pub stored: DocsStored,
 }
 
-/// Stored numbers that `stosszahl-trials docs` may take in place of new runs.
+/// Sources of stored numbers that `stosszahl-trials docs` may use instead of new runs.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct DocsStored {
-    /// Run nothing: write the text of blocks whose table is a file in docs/data again, from that
+    /// Run nothing: regenerate the text of blocks whose table is a file in docs/data from that
     /// file.
     #[arg(long, conflicts_with_all = ["check", "name", "costly", "resume"])]
     pub from_files: bool,
@@ -74,10 +73,10 @@ pub struct DocsStored {
     pub resume: bool,
 }
 
-/// Root of the repository.
+/// Path of the repository root, at compile time.
 pub const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
-/// Returns the names of all entries, for the command line.
+/// Returns the names of all documentation blocks as possible values of the command line.
 pub(crate) fn names() -> clap::builder::PossibleValuesParser {
     ENTRIES
         .iter()
@@ -86,7 +85,7 @@ pub(crate) fn names() -> clap::builder::PossibleValuesParser {
         .into()
 }
 
-/// Runs the command: makes blocks again, or checks them.
+/// Runs `stosszahl-trials docs`: regenerates documentation blocks, or checks them.
 pub(crate) fn command(asked: &Docs) -> Done {
     let root = Path::new(ROOT);
     if asked.stored.from_files {
@@ -130,7 +129,7 @@ pub(crate) fn command(asked: &Docs) -> Done {
     }
 }
 
-/// Formats the text of all blocks with a file again, from their files.
+/// Regenerates the text of all blocks that have a table file, from these files.
 fn rewrite(root: &Path) -> Done {
     for file in pages(root)? {
         let path = root.join(&file);
@@ -149,7 +148,7 @@ fn rewrite(root: &Path) -> Done {
     Ok(())
 }
 
-/// Prints the faults of a block; returns their number.
+/// Prints the faults of a documentation block, and returns their number.
 fn print_faults(place: &str, found: &[String]) -> usize {
     say(&format!(
         "{}  {place}",
@@ -161,7 +160,8 @@ fn print_faults(place: &str, found: &[String]) -> usize {
     found.len()
 }
 
-/// Returns README and the pages of the book, as paths from the root, in order.
+/// Returns the paths of README and of all pages in `docs`, relative to the repository root and
+/// sorted.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -180,8 +180,8 @@ pub fn pages(root: &Path) -> Result<Vec<String>, TrialError> {
     Ok(all)
 }
 
-/// Returns the blocks of a page that no entry makes, each with the reasons why its numbers no
-/// longer hold.
+/// Returns the hand-typed blocks of a page, which no command generates, each with the reasons why
+/// its numbers are outdated.
 pub fn stale_typed(page: &str) -> Vec<(String, Vec<String>)> {
     let mut names = block_names(page);
     names.retain(|name| ENTRIES.iter().all(|entry| entry.name != name));
@@ -201,7 +201,7 @@ pub fn stale_typed(page: &str) -> Vec<(String, Vec<String>)> {
     names.into_iter().map(look).collect()
 }
 
-/// Lists the engines of a block whose statistics version has changed.
+/// Lists the engines of a block whose statistics version has changed since, as sentences.
 fn outdated(head: &Head, now: &[(String, u32)]) -> Vec<String> {
     let old = head.statistics.iter().filter_map(|(engine, then)| {
         let version = now.iter().find(|one| one.0 == *engine);
@@ -213,7 +213,7 @@ fn outdated(head: &Head, now: &[(String, u32)]) -> Vec<String> {
     old.collect()
 }
 
-/// Makes the block of an entry, and its files.
+/// Runs the case of a documentation block, and writes the block and its files.
 fn make(root: &Path, entry: &DocsEntry, resume: bool) -> Done {
     let (results, commit) = run_entry(root, entry, resume)?;
     let made = entry.made(&results)?;
@@ -235,7 +235,7 @@ fn make(root: &Path, entry: &DocsEntry, resume: bool) -> Done {
     Ok(write_whole(&path, text.as_bytes())?)
 }
 
-/// Lists the faults of the block of an entry; empty if there are none.
+/// Lists the faults of a documentation block as sentences; empty if it is up to date.
 fn check_block(root: &Path, entry: &DocsEntry) -> Result<Vec<String>, TrialError> {
     let text = fs::read_to_string(root.join(entry.file))?;
     let mut stale = stale(&text, entry);
@@ -247,8 +247,8 @@ fn check_block(root: &Path, entry: &DocsEntry) -> Result<Vec<String>, TrialError
     faults(&text, entry, &results)
 }
 
-/// Lists the faults of the block of an entry in a page that new results cannot cure; empty if there
-/// are none.
+/// Lists the faults of a block's first line that new results cannot cure, such as old statistics
+/// versions; empty if there are none.
 pub fn stale(page: &str, entry: &DocsEntry) -> Vec<String> {
     let Some(block) = find_block(page, entry.name) else {
         return vec![format!("there is no such block in {}", entry.file)];
@@ -263,8 +263,8 @@ pub fn stale(page: &str, entry: &DocsEntry) -> Vec<String> {
     unnamed.chain(outdated(&block.head, &now)).collect()
 }
 
-/// Lists the differences between the block of an entry in a page and results: numbers with a
-/// standard error within their errors, everything else exactly.
+/// Lists the differences between a block on a page and new results. Numbers may differ within their
+/// standard errors.
 ///
 /// # Errors
 /// The results lack a number that the block shows.
@@ -277,7 +277,7 @@ pub fn faults(
     Ok(differences(&there, &entry.made(results)?.text))
 }
 
-/// Lists the files of tables that belong to none of these blocks.
+/// Lists the table files in `docs/data` that belong to none of the named blocks.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -294,7 +294,7 @@ pub fn strays(root: &Path, names: &[String]) -> Result<Vec<String>, TrialError> 
     Ok(found)
 }
 
-/// Writes a file of a block, in a folder that is made where it is missing.
+/// Writes a file of a documentation block, and creates its folder if absent.
 fn write(path: &Path, content: &str) -> Done {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
@@ -302,7 +302,8 @@ fn write(path: &Path, content: &str) -> Done {
     Ok(write_whole(path, content.as_bytes())?)
 }
 
-/// Runs the case of an entry into `results/docs`; returns its results, and their commit.
+/// Runs the case or the papers of a documentation block into `results/docs`. Returns the results
+/// and their commit.
 fn run_entry(
     root: &Path,
     entry: &DocsEntry,
@@ -316,8 +317,8 @@ fn run_entry(
     }
 }
 
-/// Writes the table of claims about accuracy next to its page, as `data/validation.csv`, and
-/// returns the block of the page, of this commit and of the current engines.
+/// Writes the table of claims about accuracy to `data/validation.csv` next to the page, and returns
+/// the block of the page.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -343,13 +344,13 @@ pub(crate) fn claims_block(
     Ok(head.format_block(&made.text))
 }
 
-/// Returns the day of a commit.
+/// Returns the date of a git commit, as YYYY-MM-DD.
 fn date(root: &Path, commit: &str) -> String {
     let commit = commit.split(' ').next().unwrap_or_default();
     git(root, &["show", "--no-patch", "--format=%cs", commit])
 }
 
-/// Returns the output of git; "unknown" if git fails or prints nothing.
+/// Runs git with arguments and returns its output; "unknown" if git fails or prints nothing.
 fn git(root: &Path, arguments: &[&str]) -> String {
     let output = Command::new("git")
         .current_dir(root)

@@ -1,4 +1,4 @@
-//! Blocks of reproduced papers: number of claims by verdict, and the values found.
+//! Documentation blocks of reproduced papers: claims counted by verdict, and the values found.
 
 use stosszahl_results::{FinishedPoints, Table, TableCell, TableEstimate, TableRow};
 
@@ -7,7 +7,8 @@ use super::results::number_text;
 use super::tables::{count_verdicts, markdown_table};
 use crate::TrialError;
 
-/// Makes the block of all papers: number of claims by verdict, and the claims that differ.
+/// Generates the block of all reproduced papers: claims counted by verdict, and the claims that
+/// differ.
 pub(super) fn papers_block(results: &FinishedPoints) -> Result<Made, TrialError> {
     let (mut counts, mut differences) = (Vec::new(), Vec::new());
     for (paper, stored) in &results.0 {
@@ -31,7 +32,7 @@ pub(super) fn papers_block(results: &FinishedPoints) -> Result<Made, TrialError>
     .into())
 }
 
-/// Maker of the block of the claims of Kawasaki (1985).
+/// Generator of the block of claims of Kawasaki (1985).
 pub(super) const KAWASAKI: DataMaker = DataMaker::Data {
     table: |results| claims(results, "kawasaki-1985"),
     data: DataTable {
@@ -40,7 +41,7 @@ pub(super) const KAWASAKI: DataMaker = DataMaker::Data {
     },
 };
 
-/// Maker of the block of the claims of Bodrova & Osinsky (2024).
+/// Generator of the block of claims of Bodrova & Osinsky (2024).
 pub(super) const BODROVA: DataMaker = DataMaker::Data {
     table: |results| claims(results, "bodrova-2024"),
     data: DataTable {
@@ -49,7 +50,7 @@ pub(super) const BODROVA: DataMaker = DataMaker::Data {
     },
 };
 
-/// Part of a paper: its words, and the figures that belong to it.
+/// Part of a paper in a documentation block: its title, and the names of its figures.
 type PaperPart = (&'static str, &'static [&'static str]);
 
 const KAWASAKI_PARTS: [PaperPart; 3] = [
@@ -89,7 +90,7 @@ fn columns() -> Table {
     }
 }
 
-/// Creates the table of all claims of one paper: some columns of the table that the paper has.
+/// Creates the table of all claims of one paper, with selected columns of its `claims.csv`.
 fn claims(results: &FinishedPoints, paper: &str) -> Result<Table, TrialError> {
     let (all, mut table) = (results.point(paper)?.1.table("claims")?, columns());
     let places: Option<Vec<usize>> = (table.columns.iter())
@@ -101,7 +102,7 @@ fn claims(results: &FinishedPoints, paper: &str) -> Result<Table, TrialError> {
     Ok(table)
 }
 
-/// Formats the number of claims of each part by verdict, and all claims that differ.
+/// Formats how many claims of each part of a paper have each verdict, and all claims that differ.
 fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, TrialError> {
     let part_of = |row: &TableRow<'_>| {
         let figure = row.words("figure")?;
@@ -130,7 +131,7 @@ fn summary(table: &Table, link: &str, parts: &[PaperPart]) -> Result<String, Tri
     ))
 }
 
-/// Counts claims by verdict, as cells of a table.
+/// Counts claims by verdict, and formats the counts as cells of a row.
 fn counted(name: String, claims: &Table) -> Vec<String> {
     let counts =
         ["agree", "differ", "undecided", "void"].map(|verdict| count_verdicts(claims, verdict));
@@ -141,7 +142,7 @@ fn counted(name: String, claims: &Table) -> Vec<String> {
         .collect()
 }
 
-/// Formats a claim as a row: figure, claim, place, value of the paper and value found.
+/// Formats a claim as table cells: figure, claim, location, the paper's value and the value found.
 fn row(claim: &TableRow<'_>) -> Result<[String; 5], TrialError> {
     let number = |column: &str| {
         let value = claim.number(column).ok()?;
@@ -167,7 +168,7 @@ fn row(claim: &TableRow<'_>) -> Result<[String; 5], TrialError> {
     ])
 }
 
-/// Formats a number without an error, in four digits.
+/// Formats a number with four digits, without an error.
 fn short(value: f64) -> String {
     if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
         return format!("{value:.3e}");

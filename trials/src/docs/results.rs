@@ -1,4 +1,4 @@
-//! Runs of bundled cases and of papers, and numbers of their tables in words.
+//! Runs of bundled cases and of papers for documentation blocks, and the format of their numbers.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,18 +17,18 @@ use super::ROOT;
 use crate::TrialError;
 use crate::trial::run_options;
 
-/// Condition on a cell of a key column that holds a word or a number.
+/// Conditions that a key column's cell holds a number (`At`) or a text (`Is`).
 pub(super) use stosszahl_results::KeyCondition::{At, Is};
 
-/// Key of the rows of exact disks.
+/// Row key that selects exact disks, the event-driven engine.
 pub(super) const OF_EXACT: RowKey<'_> = ("engine", Is("ed"));
 
 fn case_path(name: &str) -> std::path::PathBuf {
     Path::new(ROOT).join("cases").join(format!("{name}.toml"))
 }
 
-/// Runs a bundled case, with settings `key=value`, into a folder; an existing run is replaced,
-/// unless `resume` is true. Also returns the commit of the results.
+/// Runs a bundled case with settings `key=value` into the folder `out`. An existing run is
+/// replaced, or resumed if `resume` is true. Also returns the commit of the results.
 ///
 /// # Errors
 /// The case is refused, or its run fails.
@@ -57,8 +57,8 @@ pub fn run_bundled(
     Ok((points, of))
 }
 
-/// Reproduces all papers by quick runs, each in a folder of its name: a point for each, with the
-/// table of its claims. Also returns the commit of the results.
+/// Reproduces all papers by quick runs, each in its own folder. Each paper counts as a point with
+/// the table of its claims. Also returns the commit of the results.
 ///
 /// # Errors
 /// A paper is refused, or a run fails.
@@ -110,13 +110,13 @@ pub fn run_papers(
     Ok((FinishedPoints(points), of))
 }
 
-/// Formats a measured number with its error, to two digits of the error.
+/// Formats an estimate with its standard error, rounded to two digits of the error.
 pub(super) fn number_text(found: TableEstimate) -> String {
     let [value, error] = value_and_error(found);
     with_error(value, Some(error))
 }
 
-/// Returns value and error of a measured number; NaN for a part that is not known.
+/// Returns the value and the standard error of an estimate; NaN for an unknown one.
 pub(super) fn value_and_error(found: TableEstimate) -> [f64; 2] {
     [found.value, found.standard_error].map(|part| part.unwrap_or(f64::NAN))
 }

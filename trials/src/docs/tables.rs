@@ -1,4 +1,4 @@
-//! Tables of Markdown, and the numbers that several blocks have.
+//! Markdown tables of documentation blocks, and lookups of numbers that several blocks show.
 
 use std::fmt::Write as _;
 
@@ -7,10 +7,10 @@ use stosszahl_results::{FinishedPoints, NumberNotFound, RowKey, Table, TableEsti
 use super::results::{At, Is, OF_EXACT, number_text};
 use crate::TrialError;
 
-/// Cells of a row of Markdown.
+/// Cells of one row of a Markdown table.
 pub(super) type RowCells = Result<Vec<String>, TrialError>;
 
-/// Formats a table of Markdown; the names of the columns are separated by ` | `.
+/// Formats a Markdown table; column names in `header` are separated by ` | `.
 pub(super) fn markdown_table(
     header: &str,
     rows: impl IntoIterator<Item = RowCells>,
@@ -26,7 +26,7 @@ pub(super) fn markdown_table(
     Ok(text)
 }
 
-/// Formats the cells of a row: words, then measured numbers.
+/// Formats the cells of a Markdown row: texts first, then measured numbers with errors.
 pub(super) fn measured_cells<const N: usize>(
     words: [String; N],
     numbers: impl IntoIterator<Item = Result<TableEstimate, NumberNotFound>>,
@@ -38,13 +38,13 @@ pub(super) fn measured_cells<const N: usize>(
     Ok(cells)
 }
 
-/// Counts the rows that have a word in the column of verdicts.
+/// Counts the table rows with a given verdict.
 pub(super) fn count_verdicts(table: &Table, verdict: &str) -> usize {
     let is_it = |row: &stosszahl_results::TableRow<'_>| row.words("verdict") == Ok(verdict);
     table.all_rows().filter(is_it).count()
 }
 
-/// Returns the energy of exact disks over that of another engine, at a time of a point.
+/// Returns the energy of exact disks over that of another engine, at a sample time of a point.
 pub(super) fn energy_ratio(
     results: &FinishedPoints,
     point: &str,
@@ -60,7 +60,7 @@ pub(super) fn energy_ratio(
     row.measured("energy_ratio_a_over_b")
 }
 
-/// Returns the energy of exact disks over that of the start, and over Haff's law.
+/// Returns K/K(0) of exact disks at a sample time, and its ratio to Haff's law.
 pub(super) fn exact_energy(
     results: &FinishedPoints,
     time: f64,
@@ -70,8 +70,8 @@ pub(super) fn exact_energy(
     Ok([ratio, ratio.times(1.0 / row.number("energy_ratio_theory")?)])
 }
 
-/// Makes a table of the energy of exact disks, and its ratio to the energy of other engines, given
-/// as name and words.
+/// Formats a Markdown table of the energies of exact disks at sample times, with their ratios to
+/// other engines, each given by name and title.
 pub(super) fn against(
     results: &FinishedPoints,
     times: &[f64],
@@ -92,7 +92,7 @@ pub(super) fn against(
     )
 }
 
-/// Returns the conditions that select the row of an engine and a time window.
+/// Returns the row keys that select an engine and a time window.
 pub(super) fn of_window(engine: &str, [start, end]: [f64; 2]) -> [RowKey<'_>; 3] {
     [
         ("engine", Is(engine)),

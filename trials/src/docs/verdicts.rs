@@ -1,4 +1,4 @@
-//! Blocks of the verdicts of a run, or of each point of a sweep, in the words of the program.
+//! Documentation blocks of the verdicts of a case, with the program's own sentences.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::data::{DataMaker, DataTable};
 use super::tables::count_verdicts;
 use crate::TrialError;
 
-/// Maker of the block of all verdicts of a case.
+/// Generator of the block of all verdicts of a case, or of each point of its sweep.
 pub(super) const VERDICTS: DataMaker = DataMaker::Data {
     table: |results| Ok(verdicts(results)),
     data: DataTable { columns, summary },
@@ -50,7 +50,7 @@ fn verdicts(results: &FinishedPoints) -> Table {
     table
 }
 
-/// Formats the number of verdicts of each kind, and the sentence of each that finds no agreement.
+/// Formats how many verdicts there are of each kind, and the sentences of those other than *agree*.
 fn summary(table: &Table, link: &str) -> Result<String, TrialError> {
     let kinds = ["agree", "differ", "undecided", "void", "warning", "note"];
     let counts = kinds

@@ -1,5 +1,5 @@
-//! Boxes of less than three cells, long boxes, places where cells meet; and disks of very different
-//! size.
+//! Hard cases of exact disks in boxes of less than three cells, in long boxes and at cell corners,
+//! and of disks of very different size.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -35,7 +35,7 @@ trials! {
         "energy to 1e-11, momentum, exclusion";
 }
 
-/// Tolerance of collisions against a search over all pairs.
+/// Relative tolerance of collision times against a search over all pairs.
 ///
 /// Two gases that start alike but round differently diverge by a factor e^2 per collision in dense
 /// gases, and by 60 in the most dilute one here. Four collisions of each disk leave 1e-15 times
@@ -80,7 +80,7 @@ fn small(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Tests one disk that flies through its own images.
+/// Tests one disk in a periodic box that flies through the positions of its own images.
 fn alone(log: &mut TrialLog, gas: &StressGas<EqualDisks>) -> Done {
     const TIME: f64 = 100.0;
     let course = gas.run_until(TIME, 10)?;
@@ -121,7 +121,7 @@ fn wedge(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Creates a Maxwellian gas at random places.
+/// Creates a Maxwellian gas of disks at random positions without overlap.
 fn placed_gas<Z: Sizes>(
     scene: SmoothParticles<Plane, Z>,
     domain: Domain<Plane>,

@@ -1,5 +1,5 @@
-//! Inelastic collapse, infinitely many collisions in a finite time; and crystals near close
-//! packing.
+//! Hard cases of exact disks: inelastic collapse, with infinitely many collisions in a finite time,
+//! and crystals near close packing.
 
 use stosszahl_ed::EventDrivenError;
 use stosszahl_model::State;
@@ -30,12 +30,12 @@ trials! {
         "no overlap beyond 1e-11 d, energy to 1e-11, Z = 2/(0.9069/phi - 1) + 1.90 within 1 % (and 4 standard errors)";
 }
 
-/// Gaps between three disks; the left pair collides first \[length\].
+/// Gaps between three disks on a line \[length\]. The left pair collides first.
 const GAPS: [f64; 2] = [0.5, 0.6];
-/// Speed of the outer disks \[length/time\].
+/// Speed at which the outer disks of three on a line approach the middle one \[length/time\].
 const SPEED: f64 = 1.0;
 
-/// Creates three disks on a line along x in a box so large that images do not matter.
+/// Creates three disks on a line along x, in a box so large that periodic images do not matter.
 fn line(restitution: f64) -> Result<StressGas<EqualDisks>, TrialError> {
     let middle = 20.0;
     let bodies = [
@@ -46,15 +46,15 @@ fn line(restitution: f64) -> Result<StressGas<EqualDisks>, TrialError> {
     few(restitution, [40.0; 2], bodies)
 }
 
-/// Returns the collisions of three disks in one dimension and the time of the last: (number, time),
-/// with `None` for a number without end.
+/// Computes the collisions of three inelastic disks on a line: their number, `None` if infinite,
+/// and the time of the last.
 ///
 /// With the approach speeds a of the pair that collides and b of the other, a collision makes b +
 /// (1 + r) a/2 the next approach speed and -r a the other: pairs take turns, and it ends when the
 /// next pair recedes. Only b/a decides, so nothing underflows (McNamara & Young, Phys. Fluids A 4,
 /// 496 (1992), doi:10.1063/1.858323).
 fn one_dimensional(restitution: f64) -> (Option<u64>, f64) {
-    /// Upper bound of the number of collisions in every finite sequence of the trials.
+    /// Number of collisions after which a sequence of three disks counts as infinite.
     const MANY: u64 = 10_000;
     let (mut gap, mut other_gap) = (GAPS[0], GAPS[1]);
     let (mut approach, mut other) = (SPEED, SPEED);
@@ -128,7 +128,8 @@ fn dense(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Checks that the error names a pair that touches, its position, and the time.
+/// Checks that the error of an inelastic collapse names a touching pair of disks, its position, and
+/// the time.
 fn says_where<P: Planar>(
     log: &mut TrialLog,
     gas: &StressGas<P>,
@@ -175,7 +176,8 @@ fn says_where<P: Planar>(
     }
 }
 
-/// Creates a Maxwellian crystal of 400 disks, whose 20 rows and columns fit the box exactly.
+/// Creates a Maxwellian hexagonal crystal of 400 disks, whose 20 rows and columns fit the periodic
+/// box.
 pub(super) fn hexagonal(
     packing_fraction: f64,
     restitution: f64,

@@ -1,4 +1,5 @@
-//! Conservation laws of Monte Carlo collisions, over long runs.
+//! Hard cases of Monte Carlo collisions: conservation of momentum, energy and angular momentum over
+//! long runs.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::State;
@@ -31,7 +32,8 @@ fn conservation(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Returns the angular momentum about a point, and the sum of |r| |v|.
+/// Returns the angular momentum of disks about a point, and the sum of |r| |v| for distances r from
+/// it, as its scale.
 fn angular_momentum(state: &State<EqualDisks>, about: Vector2<f64>) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for body in &state.bodies {

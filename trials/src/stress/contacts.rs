@@ -1,4 +1,5 @@
-//! Contacts that rounding decides: grazing, touching at the start, resting on each other.
+//! Hard cases of contacts between exact disks that rounding decides: grazing, touching at the
+//! start, resting on each other.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -155,7 +156,7 @@ fn overlapping(log: &mut TrialLog) -> Done {
         let gas = four(depth)?;
         about!(log; "depth {depth}");
         must!(log, gas.overlap(&gas.start, 1e-9).is_none(); "refused");
-        heals(log, &gas, depth);
+        check_overlap_bounded(log, &gas, depth);
         let small = mixture(vec![(0.005, 1e-4), (0.005, 1e-4), (0.5, 1.0)], 1.0)?;
         let bodies = [
             (vector![1.0, 1.0], vector![0.0, 0.0]),
@@ -163,7 +164,7 @@ fn overlapping(log: &mut TrialLog) -> Done {
             (vector![5.0, 5.0], vector![0.0, 0.0]),
         ];
         about!(log; "small disks, depth {depth}");
-        heals(
+        check_overlap_bounded(
             log,
             &StressGas::new(small, state(domain(8.0, 8.0)?, bodies)),
             depth,
@@ -173,8 +174,9 @@ fn overlapping(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Checks that a gas runs without an error, and never overlaps deeper than at the start.
-fn heals<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
+/// Checks that a gas of exact disks runs without an error, and never overlaps deeper than at the
+/// start.
+fn check_overlap_bounded<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
     log.guard(|log| {
         let course = gas.run_until(20.0, 1000)?;
         must!(log, course.reached; "{}", course.ended());
@@ -184,7 +186,7 @@ fn heals<P: Planar>(log: &mut TrialLog, gas: &StressGas<P>, depth: f64) {
 }
 
 fn resting(log: &mut TrialLog) -> Done {
-    /// Largest overlap in long runs, over the diameter.
+    /// Largest allowed overlap of resting disks in long runs, over the diameter.
     const LONG_OVERLAP: f64 = 1e-10;
     let mut stream = random(3);
     let (mut worst, mut more) = (0.0_f64, 0);

@@ -1,4 +1,5 @@
-//! Crowded cells, empty cells, great differences of density; no simulator, one, and two.
+//! Hard cases of Monte Carlo densities: crowded cells, empty cells, large density differences; no
+//! simulator, one, and two.
 
 use nalgebra::vector;
 use stosszahl_dsmc::{Neighbourhood, Scheme};
@@ -27,7 +28,7 @@ trials! {
 
 const ALL: [f64; 2] = [1.0, 0.8];
 
-/// Runs a number of steps, and checks that there are collisions.
+/// Runs a Monte Carlo scheme for a number of time steps, and checks that particles collide.
 fn collides(log: &mut TrialLog, run: &mut SchemeRun, steps: u64) {
     run.steps(steps);
     must!(log, run.tally().collisions > 0; "no collision");

@@ -1,4 +1,4 @@
-//! Numbers at the ends of their range.
+//! Hard cases of exact disks with numbers at the ends of the floating-point range.
 
 use stosszahl_ed::{EventDrivenEngine, EventDrivenError};
 use stosszahl_model::Vector;
@@ -22,8 +22,8 @@ trials! {
         "an end: the time reached or a typed error", 5;
 }
 
-/// Runs a gas and checks that positions stay finite and disks apart; `None` if the engine refuses a
-/// number.
+/// Runs a gas of exact disks, and checks that positions stay finite and disks do not overlap.
+/// `None` if the engine rejects a number.
 fn finite(
     log: &mut TrialLog,
     gas: &StressGas<EqualDisks>,

@@ -1,4 +1,5 @@
-//! Free flight, for long; the same bytes with any number of threads, and after a restart.
+//! Hard cases of Monte Carlo free flight over long times, and of bitwise equality with any number
+//! of threads and after a restart.
 
 use rand::RngExt;
 use rayon::ThreadPoolBuilder;
@@ -23,8 +24,8 @@ trials! {
         "the bytes of the gas that goes on in memory";
 }
 
-/// Distance of a position from x + v t along an axis of a periodic box; the products v t and n L
-/// are exact as sums of two numbers.
+/// Returns the distance of the coordinate `place` from `from` + v t along a periodic axis
+/// \[length\]. The products v t and n L for n box lengths L are exact, as sums of two numbers.
 fn off(from: f64, velocity: f64, time: f64, length: f64, place: f64) -> f64 {
     let way = velocity * time;
     let way_rest = velocity.mul_add(time, -way);
@@ -94,7 +95,7 @@ fn gas_of(setup: Setup, simulators: usize) -> Result<State<EqualDisks>, TrialErr
     )
 }
 
-/// Returns the bytes of a checkpoint.
+/// Returns the serialised checkpoint of a Monte Carlo engine.
 fn checkpoint_bytes(engine: &DsmcEngine<EqualDisks>) -> Result<Vec<u8>, TrialError> {
     Ok(postcard::to_allocvec(&engine.checkpoint())?)
 }

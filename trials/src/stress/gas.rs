@@ -1,4 +1,4 @@
-//! Starts of exact disks, and the checks of every run from them.
+//! Gases of exact disks for hard cases, and the checks that every run of them undergoes.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -13,7 +13,7 @@ use stosszahl_model::{
 use crate::gas::{EqualDisks, disks, disordered as fluid, domain, random, state};
 use crate::{Done, TrialError, TrialLog};
 
-/// Physics of all cases: smooth disks in free flight.
+/// Particle model of all hard cases of exact disks: smooth disks in free flight.
 pub(super) trait Planar:
     ParticleModel<Space = Plane, Surface = Smooth, Field = Free>
 {
@@ -21,37 +21,41 @@ pub(super) trait Planar:
 
 impl<P: ParticleModel<Space = Plane, Surface = Smooth, Field = Free>> Planar for P {}
 
-/// Largest relative error of the energy: 1e5 roundings of 1e-16, all to one side. Drifts that are
-/// random walks stay far below.
+/// Largest relative error of the energy of exact disks: 1e5 roundings of 1e-16, all of one sign.
+/// Random-walk drifts stay far below.
 pub(super) const ENERGY: f64 = 1e-11;
-/// Deepest overlap over the largest diameter: positions and flights of tens of diameters are
-/// rounded to 1e-14, with room for a contact that a fast disk makes late.
+/// Deepest allowed overlap of exact disks over the largest diameter. Positions and flights of tens
+/// of diameters are rounded to 1e-14, with room for a contact that a fast disk makes late.
 pub(super) const OVERLAP: f64 = 1e-11;
-/// Largest error of the momentum over the sum of m |v| at the start, with the origin of [`ENERGY`].
+/// Largest error of the total momentum of exact disks over the sum of m |v| at the start. The bound
+/// has the origin of [`ENERGY`].
 pub(super) const MOMENTUM: f64 = 1e-11;
 
-/// Largest speed at which a colliding pair may recede, over its whole relative speed: the position
-/// of a grazing contact is the square root of a difference of terms of 1e-14.
+/// Largest receding speed of a colliding pair, over its whole relative speed. The position of a
+/// grazing contact is the square root of a difference of terms of 1e-14.
 const RECEDING: f64 = 1e-6;
-/// Relative speed that is only the rounding of velocities of order one, over [`RECEDING`].
+/// Relative speed added to the divisor of the receding-speed check, so that rounding of velocities
+/// of order one cannot fail it \[length/time\].
 const RESTING: f64 = 1e-8;
 
-/// Sums over the collisions of a run.
+/// Observer that sums energy loss, virial and times over the collisions of a run of exact disks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CollisionSums {
-    /// Energy lost in collisions \[energy\].
+    /// Energy lost in all collisions of the run \[energy\].
     pub lost: f64,
-    /// Sum of momentum times distance \[energy\].
+    /// Virial of all collisions of the run: the sum of transferred momentum times distance
+    /// \[energy\].
     pub virial: f64,
-    /// Number of collisions.
+    /// Number of collisions of the run.
     pub collisions: u64,
-    /// Time of the first collision \[time\].
+    /// Time of the first collision of the run \[time\]; `None` without collisions.
     pub first: Option<f64>,
-    /// Time of the last collision \[time\].
+    /// Time of the last collision of the run \[time\].
     pub last: f64,
-    /// True if a collision was earlier than the one before.
+    /// True if a collision had an earlier time than the previous one, which is a fault.
     pub disordered: bool,
-    /// Largest speed at which a colliding pair receded, over its whole relative speed.
+    /// Largest receding speed of a colliding pair, over its whole relative speed. Above rounding it
+    /// is a fault.
     pub receding: f64,
 }
 
@@ -71,7 +75,7 @@ impl Observer for CollisionSums {
     }
 }
 
-/// Start of exact disks.
+/// Gas of exact disks for a hard case: particle model, dissipation rule and initial state.
 #[derive(Clone, Debug)]
 pub(super) struct StressGas<P: Planar> {
     pub scene: P,
@@ -79,30 +83,32 @@ pub(super) struct StressGas<P: Planar> {
     pub start: State<P>,
 }
 
-/// End that a run must have.
+/// Way in which a run of exact disks must end to pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RunEnd {
-    /// The time, or the number of collisions.
+    /// Required end of a run at the given time or after the given number of collisions, without an
+    /// error.
     TimeOrCount,
-    /// The time.
+    /// Required end of a run at the given time.
     Time,
-    /// The time, or an inelastic collapse.
+    /// Required end of a run at the given time, or by inelastic collapse.
     TimeOrCollapse,
 }
 
-/// Finished run of a gas from a start.
+/// Finished run of exact disks: final checkpoint, collision sums and the error that ended it, if
+/// any.
 pub(super) struct StressRun<P: Planar> {
     pub end: EventDrivenCheckpoint<P>,
     pub ledger: CollisionSums,
-    /// Deepest overlap at the end of any segment \[length\].
+    /// Deepest overlap at the end of any segment of the run \[length\].
     pub overlap: f64,
-    /// True if the end time was reached.
+    /// True if the run reached its end time.
     pub reached: bool,
     pub stopped: Option<EventDrivenError>,
 }
 
 impl<P: Planar> StressRun<P> {
-    /// Number of collisions of the run.
+    /// Returns the number of collisions of the run.
     pub fn collisions(&self) -> u64 {
         self.ledger.collisions
     }
@@ -115,13 +121,13 @@ impl<P: Planar> StressRun<P> {
         )
     }
 
-    /// Describes in words how the run ended.
+    /// Describes how the run ended: its number of collisions and its error.
     pub fn ended(&self) -> String {
         format!("{} collisions, {:?}", self.collisions(), self.stopped)
     }
 }
 
-/// Creates unit disks with a restitution at positions with velocities, in a box.
+/// Creates unit disks at given positions with given velocities in a periodic box.
 pub(super) fn few(
     restitution: f64,
     [width, height]: [f64; 2],
@@ -136,7 +142,7 @@ pub(super) fn few(
     ))
 }
 
-/// Creates a disordered Maxwellian gas of unit disks in a square box.
+/// Creates a gas of randomly placed unit disks with Maxwellian velocities in a periodic square box.
 pub(super) fn disordered(
     count: usize,
     packing: f64,
@@ -150,7 +156,8 @@ pub(super) fn disordered(
 }
 
 impl<P: Planar> StressGas<P> {
-    /// Creates a gas whose collisions follow the scene.
+    /// Creates a gas of exact disks with the contact law of its particle model, without a contact
+    /// time.
     pub fn new(scene: P, start: State<P>) -> Self {
         Self {
             scene,
@@ -159,7 +166,8 @@ impl<P: Planar> StressGas<P> {
         }
     }
 
-    /// Returns this gas with a contact time of the TC model \[time\].
+    /// Sets the contact time of the TC model, within which repeated collisions are elastic
+    /// \[time\].
     pub fn with_contact_time(mut self, contact_time: f64) -> Self {
         self.dissipation = DissipationRule::ContactTime(contact_time);
         self
@@ -176,13 +184,13 @@ impl<P: Planar> StressGas<P> {
         2.0 * self.scene.sizes().largest_radius()
     }
 
-    /// Runs until a time or a number of collisions.
+    /// Runs exact disks from the start until a time or a number of collisions.
     pub fn run_until(&self, until: f64, collisions: u64) -> Result<StressRun<P>, EventDrivenError> {
         self.run_in_legs(until, collisions, collisions, |_, _| true)
     }
 
-    /// Runs until a time or a number of collisions, in segments of `leg` collisions, or until
-    /// `after_leg` returns false.
+    /// Runs exact disks until a time or a number of collisions, in segments of `leg` collisions.
+    /// Stops early if `after_leg` returns false.
     pub fn run_in_legs(
         &self,
         until: f64,
@@ -216,7 +224,8 @@ impl<P: Planar> StressGas<P> {
         Ok(course)
     }
 
-    /// Checks a run: finite numbers, collisions in order of time, exclusion, energy and momentum.
+    /// Checks a finished run of exact disks: finite numbers, collisions in time order, no overlap,
+    /// energy and momentum.
     pub fn audit(&self, log: &mut TrialLog, course: &StressRun<P>) {
         let end = &course.end.state;
         let bodies = end.bodies.iter();
@@ -241,14 +250,14 @@ impl<P: Planar> StressGas<P> {
         log.at_most("momentum", self.momentum_error(end), MOMENTUM);
     }
 
-    /// Returns the radius and mass of a disk.
+    /// Returns the radius and the mass of the disk with this index.
     fn size(&self, index: usize) -> (f64, f64) {
         let sizes = self.scene.sizes();
         let tag = sizes.tag_of(index);
         (sizes.radius(tag), sizes.mass(tag))
     }
 
-    /// Returns the first pair that overlaps by more than a tolerance.
+    /// Returns the first pair of disks that overlap by more than a tolerance \[length\].
     pub fn overlap(&self, state: &State<P>, tolerance: f64) -> Option<initial::Overlap> {
         let positions: Vec<_> = state.bodies.iter().map(|body| body.position).collect();
         initial::first_overlap(
@@ -259,7 +268,8 @@ impl<P: Planar> StressGas<P> {
         )
     }
 
-    /// Relative error of the energy: |K + energy lost in collisions - K(0)|/K(0).
+    /// Returns the relative error of the energy: |K + energy lost in collisions - K(0)|/K(0) for
+    /// the kinetic energy K.
     pub fn energy_error(&self, course: &StressRun<P>) -> f64 {
         let energy = self.start.kinetic_energy(&self.scene);
         let now = course.end.state.kinetic_energy(&self.scene) + course.ledger.lost;
@@ -270,7 +280,7 @@ impl<P: Planar> StressGas<P> {
         }
     }
 
-    /// Error of the momentum: |P - P(0)| over the sum of m |v| at the start.
+    /// Returns the error of the total momentum P: |P - P(0)| over the sum of m |v| at the start.
     pub fn momentum_error(&self, state: &State<P>) -> f64 {
         let bodies = self.start.bodies.iter().enumerate();
         let scale: f64 = bodies
@@ -280,8 +290,8 @@ impl<P: Planar> StressGas<P> {
         if scale > 0.0 { change / scale } else { change }
     }
 
-    /// Runs the gas to a time or a number of collisions, checks it and its end, and records it. Then
-    /// repeats the first `killed` collisions with kills and restarts.
+    /// Runs exact disks to a time or a number of collisions, checks the run and its end, and
+    /// records it. Then repeats the first `killed` collisions with kills and restarts.
     pub fn check(
         &self,
         log: &mut TrialLog,
@@ -309,12 +319,13 @@ impl<P: Planar> StressGas<P> {
         Ok(course)
     }
 
-    /// Checks a gas for a number of collisions without an end in time.
+    /// Runs and checks exact disks for a number of collisions, without an end time.
     pub fn holds(&self, log: &mut TrialLog, collisions: u64) -> Result<StressRun<P>, TrialError> {
         self.check(log, f64::INFINITY, collisions, RunEnd::TimeOrCount, 4000)
     }
 
-    /// Cuts the run into segments of random length, and checks that a restart changes nothing.
+    /// Tests that restarts from checkpoints do not change a run of exact disks, in segments of
+    /// random length.
     ///
     /// One gas continues in memory. The other is killed within each segment, so that its work there
     /// is lost, and continues from the bytes of its last checkpoint. Both must end in the same
@@ -354,8 +365,8 @@ impl<P: Planar> StressGas<P> {
         Ok(())
     }
 
-    /// Checks the first collisions against a search over all pairs: equal pairs in equal order,
-    /// times within a tolerance of the last time.
+    /// Compares the first collisions of exact disks with a search over all pairs: same pairs, same
+    /// order, and times within a relative tolerance.
     pub fn follows_all_pairs(
         &self,
         log: &mut TrialLog,
@@ -379,9 +390,9 @@ impl<P: Planar> StressGas<P> {
         Ok(slow.len())
     }
 
-    /// Checks that each of the next collisions is the one that all pairs find from the state before
-    /// it, to a tolerance of the time. States are compared anew each time, so that differences do
-    /// not grow.
+    /// Compares each collision of exact disks with a search over all pairs in the state before it,
+    /// so that rounding differences do not grow. Times agree within a tolerance \[time\]. Returns
+    /// the number of equal collisions.
     pub fn collides_as_all_pairs(
         &self,
         log: &mut TrialLog,
@@ -404,7 +415,8 @@ impl<P: Planar> StressGas<P> {
         Ok(collisions)
     }
 
-    /// Returns time and pair of the next collisions: the disks whose velocities changed.
+    /// Returns time and pair of each of the next collisions. The pair consists of the disks whose
+    /// velocities changed.
     pub fn pairs(&self, collisions: usize) -> Result<Vec<(f64, [usize; 2])>, EventDrivenError> {
         let mut engine = self.engine(self.start.clone().into())?;
         let mut list = Vec::with_capacity(collisions);
@@ -424,7 +436,8 @@ fn fastest<P: Planar>(state: &State<P>) -> f64 {
     speeds.fold(0.0, f64::max)
 }
 
-/// Returns the time of the next collision and the pair whose velocities it changes.
+/// Advances exact disks by one collision. Returns its time and the pair whose velocities it
+/// changes.
 fn next_pair<P: Planar>(
     engine: &mut EventDrivenEngine<P>,
     before: &State<P>,
@@ -439,9 +452,9 @@ fn next_pair<P: Planar>(
     Ok(ledger.first.map(|time| (time, pair)))
 }
 
-/// Returns the next collision of all pairs over as many images as a flight can reach: (time, pair).
-/// `plain::run_collisions` sees a fixed number of images, too few where a box is narrow and flights
-/// are long.
+/// Finds the next collision by a search over all pairs and as many periodic images as a flight can
+/// reach: (time, pair). `plain::run_collisions` sees a fixed number of images, too few for narrow
+/// boxes and long flights.
 fn next_of_all_pairs<P: Planar>(scene: &P, state: &State<P>) -> Option<(f64, [usize; 2])> {
     let (sizes, lengths) = (scene.sizes(), state.domain.lengths());
     let mut horizon = lengths.max() / fastest(state);

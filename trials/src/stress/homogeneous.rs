@@ -1,4 +1,5 @@
-//! Gases without positions.
+//! Hard cases of Monte Carlo gases without positions: extreme sizes and temperatures, rare species,
+//! aggregation.
 
 use stosszahl_dsmc::homogeneous::{
     AggregationRule, AliasTableSelection, Bird, EnergyLimit, EnergyLoss, HomogeneousEngine,
@@ -32,7 +33,7 @@ trials! {
         "mass exact, momentum and energy ledger to 1e-11";
 }
 
-/// Creates an engine for a dilute gas of species (diameter, mass, count).
+/// Creates an engine for a dilute gas without positions, of species (diameter, mass, count).
 fn engine<S: SelectionMethod<Spheres>>(
     kinds: &[(f64, f64, usize)],
     restitution: f64,
@@ -49,9 +50,9 @@ fn engine<S: SelectionMethod<Spheres>>(
     )
 }
 
-/// Runs for a number of collisions and checks the ledger. Returns the candidate pairs per
-/// collision.
-fn booked<S: SelectionMethod<Spheres>>(
+/// Runs a gas without positions for a number of collisions, and checks that kinetic energy plus
+/// recorded loss is conserved. Returns the candidate pairs per collision.
+fn check_energy_balance<S: SelectionMethod<Spheres>>(
     log: &mut TrialLog,
     name: &str,
     engine: &mut HomogeneousEngine<Spheres, S>,
@@ -69,9 +70,9 @@ fn booked<S: SelectionMethod<Spheres>>(
     Ok(each)
 }
 
-/// Runs gases at temperature one by all three selections and checks their ledgers. Returns the
-/// candidate pairs per collision of alias tables.
-fn booked_by_all(
+/// Runs gases without positions with all three pair-selection methods, and checks their energy
+/// balance. Returns the candidate pairs per collision of alias tables.
+fn check_all_selections(
     log: &mut TrialLog,
     kinds: &[(f64, f64, usize)],
     restitution: f64,
@@ -79,11 +80,11 @@ fn booked_by_all(
     [tables, trees, single]: [u64; 3],
 ) -> Result<f64, TrialError> {
     let mut gas = engine::<AliasTableSelection>(kinds, restitution, volume, |_| 1.0)?;
-    let each = booked(log, "alias-tables", &mut gas, tables)?;
+    let each = check_energy_balance(log, "alias-tables", &mut gas, tables)?;
     let mut gas = engine::<LowRank>(kinds, restitution, volume, |_| 1.0)?;
-    booked(log, "low-rank", &mut gas, trees)?;
+    check_energy_balance(log, "low-rank", &mut gas, trees)?;
     let mut gas = engine::<Bird>(kinds, restitution, volume, |_| 1.0)?;
-    booked(log, "single-majorant", &mut gas, single)?;
+    check_energy_balance(log, "single-majorant", &mut gas, single)?;
     Ok(each)
 }
 
@@ -93,7 +94,7 @@ fn size_ratio(log: &mut TrialLog) -> Done {
         (diameter, diameter.powi(3), 300 << k)
     };
     let kinds: Vec<_> = (0..7).map(kind).collect();
-    let each = booked_by_all(log, &kinds, 0.9, 1e3, [200_000, 20_000, 2_000])?;
+    let each = check_all_selections(log, &kinds, 0.9, 1e3, [200_000, 20_000, 2_000])?;
     log.at_most("pairs looked at for each collision", each, 4.0);
     Ok(())
 }
@@ -131,7 +132,7 @@ fn rare_species(log: &mut TrialLog) -> Done {
         (0.1, 0.001, 2),
     ];
     for restitution in [0.0, 1.0] {
-        booked_by_all(log, &kinds, restitution, 1e4, [20_000; 3])?;
+        check_all_selections(log, &kinds, restitution, 1e4, [20_000; 3])?;
     }
     Ok(())
 }
@@ -140,7 +141,7 @@ fn temperatures(log: &mut TrialLog) -> Done {
     let kinds = [(1.0, 1.0, 4000), (1.0, 2.0, 4000), (1.0, 4.0, 4000)];
     let mut gas =
         engine::<AliasTableSelection>(&kinds, 1.0, 1e5, |kind| 1e-6_f64.powi(kind as i32))?;
-    booked(log, "alias-tables", &mut gas, 600_000)?;
+    check_energy_balance(log, "alias-tables", &mut gas, 600_000)?;
     let mean = 2.0 * gas.gas().kinetic_energy() / (3.0 * 12_000.0);
     for found in moments(gas.gas(), None, None) {
         let error = 5.0 * (2.0 / (3.0 * 4000.0_f64)).sqrt();

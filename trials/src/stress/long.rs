@@ -1,4 +1,4 @@
-//! Long runs, and kills in gases of every kind and at many moments.
+//! Hard cases of exact disks in long runs, and of kills and restarts in gases of every kind.
 
 use super::collapse::hexagonal;
 use super::gas::{MOMENTUM, StressGas, disordered};

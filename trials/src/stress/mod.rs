@@ -1,8 +1,9 @@
-//! Hard cases for all engines: what `stosszahl-trials stress` runs.
+//! Hard cases of all engines, the tests of `stosszahl-trials stress`: collapse, close packing,
+//! extreme numbers, restarts.
 //!
-//! A trial says what it tries and what must hold, and finds out. Tolerances are stated where they
-//! are used; those that several trials share are constants of the modules `gas` and `schemes`, with
-//! their origin. Trials also cut their runs at random moments and continue them from serialised
+//! Each trial states what it tries and what must hold, and tests it. Tolerances are stated where
+//! they are used. Those that several trials share are constants of the modules `gas` and `schemes`,
+//! with their origin. Trials also cut their runs at random times and continue them from serialised
 //! checkpoints.
 //!
 //! ```
@@ -34,7 +35,7 @@ use crate::terminal::say;
 use crate::trial::chosen;
 use crate::{Done, Effort, TrialError, TrialRow};
 
-/// Engine with hard cases.
+/// Engine whose hard cases can be run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum StressEngine {
     /// Event-driven hard disks: collapse, close packing, ties, grazing contacts, long runs, extreme
@@ -50,22 +51,22 @@ pub enum StressEngine {
     Walls,
 }
 
-/// Selection of hard cases, and the form of their report.
+/// Options of `stosszahl-trials stress`: the selected hard cases, and the form of their report.
 #[derive(Clone, Debug, Args)]
 pub struct StressCases {
-    /// Engine whose cases are run.
+    /// Engine whose hard cases are run.
     #[arg(value_enum)]
     pub engine: StressEngine,
-    /// Only this case; may be repeated, or name several with commas between them.
+    /// Hard case to run alone; may be repeated, or name several with commas between them.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
-    /// Print the names of the cases with what they try and what must hold, and run none.
+    /// Print the names of the hard cases with what they try and what must hold, and run none.
     #[arg(long)]
     pub list: bool,
-    /// Longer runs of the cases that have them; progress goes to standard error.
+    /// Run hard cases longer if they have a long form; progress goes to standard error.
     #[arg(long)]
     pub long: bool,
-    /// Print one JSON array, one object for each case.
+    /// Print one JSON array, with one object for each hard case.
     #[arg(long)]
     pub json: bool,
     /// Collisions of the runs of exact disks whose length can be set: crystals, elastic-run,
@@ -75,7 +76,7 @@ pub struct StressCases {
 }
 
 impl StressEngine {
-    /// Returns all trials of the engine, in the order in which they are run.
+    /// Returns all hard cases of the engine, in the order in which they are run.
     pub fn cases(self) -> Vec<TrialRow> {
         let parts: &[&[TrialRow]] = match self {
             Self::Ed => &[
@@ -101,7 +102,7 @@ impl StressEngine {
     }
 }
 
-/// Runs the requested trials, one after the other, and prints the findings.
+/// Runs the requested hard cases one after the other, and prints their reports.
 pub(crate) fn command(asked: &StressCases) -> Done {
     if asked.collisions.is_some() && asked.engine != StressEngine::Ed {
         let text = "--collisions: allowed only for exact disks, stress ed";

@@ -1,4 +1,5 @@
-//! Monte Carlo schemes, starts, and the checks of every run.
+//! Monte Carlo schemes in hard cases: their initial states, and the checks that every run
+//! undergoes.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{
@@ -10,21 +11,22 @@ use stosszahl_model::random::Streams;
 use crate::gas::{EqualDisks, PLAIN, disks, random, scattered, square, warm as warm_at};
 use crate::{Done, TrialError, TrialLog};
 
-/// Relative rounding error of a sum per collision: some ten operations of 1.1e-16, each with a
-/// pair's share of the sum. Those of one collision are not all to one side, so that twice their sum
-/// is never reached.
+/// Relative rounding error that one collision may add to a conserved sum, per fraction of the sum
+/// that a pair holds: some ten operations of 1.1e-16. Errors of one collision differ in sign, so
+/// twice their sum is never reached.
 const EACH_COLLISION: f64 = 2e-15;
-/// Relative rounding error of each addition to a sum over simulators.
+/// Relative rounding error of each addition to a conserved sum over simulators.
 const EACH_ADDITION: f64 = 1.2e-16;
 
-/// Scheme with its displacement and number of simulators.
+/// Monte Carlo scheme in hard cases, with its partner displacement and number of simulators per
+/// disk.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Setup {
     pub name: &'static str,
     pub parameters: Parameters,
 }
 
-/// Returns all schemes with collisions, each with every choice of its options.
+/// Returns all Monte Carlo schemes with collisions, each with every choice of its options.
 pub(super) fn setups() -> Vec<Setup> {
     let setup = |name, scheme, displacement, simulators_per_particle| Setup {
         name,
@@ -59,7 +61,7 @@ pub(super) fn setups() -> Vec<Setup> {
 }
 
 impl Setup {
-    /// Returns true if chi follows the local density.
+    /// Returns true if the scheme's pair correlation χ depends on the local density.
     pub(super) fn is_local(self) -> bool {
         !matches!(
             self.parameters.scheme,
@@ -72,7 +74,7 @@ impl Setup {
     }
 }
 
-/// Creates particles in a box at given positions, Maxwellian, elastic.
+/// Creates elastic unit disks at given positions with Maxwellian velocities.
 pub(super) fn warm(
     domain: stosszahl_model::Domain<stosszahl_model::Plane>,
     places: Vec<Vector2<f64>>,
@@ -81,7 +83,7 @@ pub(super) fn warm(
     Ok(warm_at(&disks(1.0)?, domain, places, seed))
 }
 
-/// Creates a gas without order in a square box.
+/// Creates elastic unit disks at uniform random positions in a square box, overlaps allowed.
 pub(super) fn uniform(
     count: usize,
     packing: f64,
@@ -92,7 +94,7 @@ pub(super) fn uniform(
     warm(domain, places, seed)
 }
 
-/// Creates an engine from a start.
+/// Creates the Monte Carlo engine of a scheme from an initial state.
 pub(super) fn engine(
     setup: Setup,
     restitution: f64,
@@ -107,13 +109,14 @@ pub(super) fn engine(
     )?)
 }
 
-/// Run of a Monte Carlo scheme: the engine, and the conserved sums at its start.
+/// Run of a Monte Carlo scheme in a hard case: the engine, and the conserved sums at its start.
 pub(super) struct SchemeRun {
     pub setup: Setup,
     pub restitution: f64,
     pub engine: DsmcEngine<EqualDisks>,
     pub before: ConservedSums,
-    /// Largest error of momentum, and of energy if collisions are elastic, at the last audit.
+    /// Relative errors of momentum and of energy in the last check; that of energy is zero for
+    /// inelastic collisions.
     pub off: [f64; 2],
 }
 
@@ -134,7 +137,7 @@ impl SchemeRun {
         })
     }
 
-    /// Runs for a number of steps.
+    /// Runs the Monte Carlo scheme for a number of time steps.
     pub(super) fn steps(&mut self, steps: u64) {
         self.engine.advance(f64::INFINITY, steps, &mut ());
     }
@@ -143,13 +146,14 @@ impl SchemeRun {
         self.engine.tally()
     }
 
-    /// Checks a run: finite numbers within the box, counts that fit each other, momentum, and
-    /// energy, which is conserved if collisions are elastic and never grows.
+    /// Checks a run of a Monte Carlo scheme: finite numbers within the box, consistent counters,
+    /// and momentum. Energy must be conserved by elastic collisions and never grow.
     pub(super) fn audit(&mut self, log: &mut TrialLog) {
         self.audit_shared(log, 8.0 / self.engine.simulators().max(8) as f64);
     }
 
-    /// Checks a run as [`Self::audit`], where a pair may have the share `share` of the energy.
+    /// Checks a run as [`Self::audit`], with a tolerance for pairs that hold up to the fraction
+    /// `share` of all energy.
     pub(super) fn audit_shared(&mut self, log: &mut TrialLog, share: f64) {
         let state = self.engine.state();
         let lengths = state.domain.lengths();
@@ -184,7 +188,8 @@ impl SchemeRun {
     }
 }
 
-/// Runs all schemes, each with some restitutions, and audits them; returns the largest errors.
+/// Runs a job for all Monte Carlo schemes and some coefficients of restitution, and checks each
+/// run. Returns the largest relative errors of momentum and energy.
 pub(super) fn each(
     log: &mut TrialLog,
     restitutions: &[f64],
@@ -208,12 +213,13 @@ pub(super) fn each(
     Ok(worst)
 }
 
-/// Sums over simulators that collisions conserve.
+/// Energy and momentum of all simulators, which collisions conserve, and the sum of speeds as the
+/// scale of momentum.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ConservedSums {
     pub energy: f64,
     pub momentum: Vector2<f64>,
-    /// Sum of |v| \[length/time\].
+    /// Sum of the speeds |v| of all simulators \[length/time\].
     speed: f64,
 }
 
@@ -233,8 +239,8 @@ impl ConservedSums {
     }
 }
 
-/// Largest relative error of a sum over simulators after a number of collisions, `share` being the
-/// largest share of the sum that a pair has.
+/// Returns the largest relative rounding error of a conserved sum after a number of collisions.
+/// Here `share` is the largest fraction of the sum that a pair holds.
 pub(super) fn rounding(simulators: usize, collisions: u64, share: f64) -> f64 {
     EACH_COLLISION * (collisions as f64 * share).max(1.0) + EACH_ADDITION * simulators as f64
 }

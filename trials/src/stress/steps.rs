@@ -1,5 +1,5 @@
-//! Steps that are too long, majorants that are too small, one simulator that is far too fast;
-//! restitution zero, and cooling through many decades.
+//! Hard cases of Monte Carlo schemes: too long time steps, too small majorants, one far too fast
+//! simulator, restitution zero, and cooling through many decades.
 
 use nalgebra::vector;
 use stosszahl_dsmc::{DsmcError, PartnerDisplacement};

@@ -1,4 +1,5 @@
-//! Restitution zero and laws at their limits, and gases most or all of which is at rest.
+//! Hard cases of exact disks: restitution zero, contact laws at their limits, and gases mostly or
+//! completely at rest.
 
 use stosszahl_model::Viscoelastic;
 

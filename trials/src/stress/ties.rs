@@ -1,4 +1,4 @@
-//! Events at the same time.
+//! Hard cases of exact disks that collide at the same time.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -20,8 +20,8 @@ trials! {
         "same bits however the disks are numbered; energy, momentum, exclusion";
 }
 
-/// Numbers of gases that were run in several numberings, and of collisions of one numbering of
-/// each.
+/// Counts of the gases that were run with several numberings of their disks, and of their
+/// collisions in one numbering.
 #[derive(Default)]
 struct Sum {
     gases: usize,
@@ -29,8 +29,8 @@ struct Sum {
 }
 
 impl Sum {
-    /// Runs the gas in several numberings until a time; checks that disks are bitwise equal at the
-    /// end, and collisions equally many.
+    /// Runs a gas with its disks numbered in several orders. Checks that the disks are bitwise
+    /// equal at the end, with equal numbers of collisions.
     fn add(
         &mut self,
         log: &mut TrialLog,
@@ -97,7 +97,7 @@ fn bits(vector: Vector2<f64>) -> [u64; 2] {
 
 fn lattices(log: &mut TrialLog) -> Done {
     const SIDE: usize = 8;
-    /// Velocity of the disk in a column and row.
+    /// Function that returns the velocity of the disk in a column and row of a square lattice.
     type Pattern = fn(usize, usize) -> [f64; 2];
     let patterns: [(&str, Pattern); 4] = [
         ("columns towards each other", |x, _| [alternating(x), 0.0]),

@@ -1,6 +1,6 @@
-//! Obstacles and openings, for both engines. The tests of the engines have the other hard cases of
-//! boundaries: rest on a floor and in a wedge, grazing, fast walls, starts that overlap, empty
-//! channels.
+//! Hard cases of obstacles and openings, for exact dynamics and Monte Carlo. The tests of the
+//! engines have the other hard cases of boundaries: rest on a floor and in a wedge, grazing, fast
+//! walls, starts that overlap, empty channels.
 
 use nalgebra::{Vector2, vector};
 use stosszahl_dsmc::{BoundaryConditions, CellGas, Inflow, Parameters, Scheme, WallClearance};
@@ -24,7 +24,7 @@ trials! {
         "its density and flux in the steady state to 1 % and 4.4 standard errors";
 }
 
-/// Parameters of points in cells: no collisions of particles, so that only boundaries act.
+/// Monte Carlo parameters without collisions between particles, so that only boundaries act.
 const POINTS: Parameters = Parameters {
     scheme: Scheme::Collisionless,
     cell_size: Some(0.5),
@@ -32,7 +32,7 @@ const POINTS: Parameters = Parameters {
     ..PLAIN
 };
 
-/// Elastic disks of diameter 1 and mass 1 (position, velocity) in a box of boundaries.
+/// Elastic disks of diameter 1 and mass 1 (position, velocity) in a box with walls and obstacles.
 struct BoundedDisks<'a> {
     lengths: [f64; 2],
     boundaries: &'a BoundaryConditions<Volume>,
@@ -62,7 +62,7 @@ impl BoundedDisks<'_> {
         }
     }
 
-    /// Creates exact dynamics.
+    /// Creates an event-driven simulation of the disks with walls and obstacles.
     fn exact(&self) -> Result<Box<dyn Simulation>, TrialError> {
         let boundaries = stosszahl_ed::DiskBoundaries {
             walls: self.boundaries.walls.in_plane(),
@@ -74,7 +74,7 @@ impl BoundedDisks<'_> {
         Ok(made?)
     }
 
-    /// Creates Monte Carlo of point particles in cells.
+    /// Creates a Monte Carlo simulation of the particles in cells with walls and obstacles.
     fn points(&self, parameters: Parameters) -> Result<Box<dyn Simulation>, TrialError> {
         let gas = CellGas {
             grains: &Self::grains()?,
@@ -87,7 +87,8 @@ impl BoundedDisks<'_> {
     }
 }
 
-/// Number of contacts with a boundary, or of particles through an opening, by its name.
+/// Returns the number of particle contacts with a named boundary, or passages through a named
+/// opening.
 fn touches(gas: &dyn Simulation, name: &str) -> f64 {
     let fluxes = gas.boundary_fluxes();
     let found = fluxes.iter().find(|flux| flux.name == name);

@@ -1,4 +1,5 @@
-//! Bulk viscosity of elastic disks at short lags, over Enskog's, against the result of three disks.
+//! Test of the bulk viscosity of elastic disks at short lags, over Enskog's, against the theory of
+//! three disks.
 
 use stosszahl_analysis::helfand::Helfand;
 use stosszahl_model::{Budget, Collision, Observer, kinetic};
@@ -10,18 +11,18 @@ use crate::table::{RowPlace, mean};
 use crate::{Done, TrialLog};
 use stosszahl_theory::three_disks::bulk_viscosity;
 
-/// Number of disks.
+/// Number of disks in the bulk-viscosity test.
 const DISKS: usize = 256;
-/// Packing fraction of the gas.
+/// Packing fraction of the disks in the bulk-viscosity test.
 const PACKING: f64 = 0.1;
-/// Smallest lag, of which all lags are multiples \[d sqrt(m/T)\].
+/// Smallest lag of the Helfand moments \[d sqrt(m/T)\]; all lags are multiples.
 const LAG_STEP: f64 = 0.5;
-/// Number of lags.
+/// Number of lags of the Helfand moments.
 const LAG_COUNT: usize = 3;
-/// Steps of an integral over the smallest lag.
+/// Integration steps of the three-disk theory per smallest lag.
 const STEPS: usize = 10;
 
-/// Observer that sums the moments of Helfand.
+/// Observer that accumulates the Helfand moments of the bulk viscosity from collisions.
 struct Moments(Helfand);
 
 impl Observer for Moments {

@@ -1,9 +1,10 @@
-//! Contact value of the pair correlation: g(d+) from the flux of colliding pairs, against the
+//! Test of the pair correlation at contact: g(d+) from the flux of colliding pairs, against the
 //! collision rate and Enskog's theory.
 //!
-//! Claimed are the contact value of elastic disks, and under molecular chaos the factor (1 + r)/(2
-//! r) over that of the collision rate. Of exact inelastic disks both are measured: partners that
-//! are about to collide approach more slowly than the temperature says, so that the flux is higher.
+//! Claims concern the contact value of elastic disks. Under molecular chaos they also concern the
+//! ratio of the flux to the collision rate, `(1 + r)/(2 r)` for the restitution r. For exact
+//! inelastic disks both are only measured. Partners about to collide approach more slowly than the
+//! temperature suggests, so their flux is higher.
 
 use stosszahl_analysis::contact_value::{ContactFlux, number_of_pairs, separation_factor};
 use stosszahl_analysis::replicas::ratio_of_means;
@@ -17,42 +18,44 @@ use super::schemes::METHODS;
 use crate::table::RowPlace;
 use crate::{Done, TrialError, TrialLog};
 
-/// Packing fractions at which contact values are measured.
+/// Packing fractions at which the pair correlation at contact is measured.
 const PACKINGS: [f64; 3] = [0.05, 0.25, 0.5];
-/// Collisions of each disk before a gas is observed: a2 has settled.
+/// Collisions per disk before the pair correlation is measured. By then the fourth cumulant a2 has
+/// relaxed.
 const SETTLE: u64 = 5;
-/// Simulators for each disk of the gas under chaos.
+/// Monte Carlo simulators per disk of the gas under molecular chaos.
 const SIMULATORS: u32 = 16;
 
-/// Gas of unit disks to observe.
+/// Gas of unit disks in which the pair correlation at contact is measured.
 #[derive(Clone, Copy, Debug)]
 pub struct UnitDiskGas {
-    /// Number of disks in the gas.
+    /// Number of disks in the gas for the contact value.
     pub disks: usize,
-    /// Packing fraction.
+    /// Packing fraction of the gas for the contact value.
     pub packing: f64,
-    /// Coefficient of restitution.
+    /// Coefficient of restitution of the gas for the contact value.
     pub restitution: f64,
-    /// Collisions of each disk that are observed.
+    /// Collisions per disk over which the pair correlation is measured.
     pub collisions: u64,
 }
 
-/// Contact values of a gas, over its seeds.
+/// Pair correlation at contact of a gas, averaged over seeds, by two methods.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactValue {
-    /// Contact value χ from the collision rate.
+    /// Pair correlation at contact χ of a gas, from its collision rate.
     pub rate: Estimate,
-    /// Contact value g(d+) by flux.
+    /// Pair correlation at contact g(d+) from the flux of colliding pairs.
     pub flux: Estimate,
-    /// Contact value by flux over (1 + r)/(2 r) times that from the rate.
+    /// Ratio of g(d+) from the flux to (1 + r)/(2 r) χ from the collision rate, for the restitution
+    /// r; 1 under molecular chaos.
     pub flux_over_rate: Estimate,
-    /// CPU time of all seeds \[s\].
+    /// CPU time of the gases with all seeds \[s\].
     pub seconds: f64,
 }
 
 impl UnitDiskGas {
-    /// Returns two sums over the collisions of a gas, each the contact value times the same norm,
-    /// and this norm: a sum by the collision rate, and one by the flux of pairs through contact.
+    /// Returns three sums over the collisions of a gas for the contact value: by collision rate, by
+    /// flux, and the norm that divides both.
     fn follow(&self, mut gas: Box<dyn Simulation>) -> Result<[f64; 3], TrialError> {
         let (simulators, disks) = (gas.particle_count() as f64, self.disks as f64);
         let of_each = |number: u64| Budget::Collisions(number * gas_pairs(simulators));
@@ -76,10 +79,11 @@ impl UnitDiskGas {
         ])
     }
 
-    /// Measures the contact values of exact disks.
+    /// Measures the pair correlation at contact of exact disks, averaged over seeds.
     ///
     /// # Errors
-    /// [`TrialError`] if the gas cannot be made or followed.
+    ///
+    /// [`TrialError`] if the gas cannot be created or simulated.
     pub fn exact(&self, seeds: u64) -> Result<ContactValue, TrialError> {
         let all = over_seeds(0..seeds, |seed| {
             let start = start(self.disks, self.packing, seed, 20.0)?;
@@ -88,7 +92,8 @@ impl UnitDiskGas {
         self.found(all)
     }
 
-    /// Measures the contact values under molecular chaos: Monte Carlo at Enskog's rate in one cell.
+    /// Measures the pair correlation at contact under molecular chaos: Monte Carlo at Enskog's rate
+    /// in one cell.
     fn chaos(&self, seeds: u64) -> Result<ContactValue, TrialError> {
         let enskog = METHODS.iter().find(|method| method.name == "enskog");
         let method = enskog.ok_or_else(|| TrialError::failed("no scheme enskog"))?;
@@ -119,12 +124,12 @@ impl UnitDiskGas {
     }
 }
 
-/// Number of pair collisions in which each simulator collides once.
+/// Returns the number of pair collisions that amounts to one collision per simulator.
 fn gas_pairs(simulators: f64) -> u64 {
     (0.5 * simulators).ceil() as u64
 }
 
-/// Measures contact values of exact disks and under chaos.
+/// Tests the pair correlation at contact of exact disks, and under molecular chaos.
 pub(super) fn test_contact(log: &mut TrialLog) -> Done {
     let more = if log.effort.quick { 1 } else { 4 };
     let what = "g(d+) by flux over (1 + r)/(2 r) χ of the collision rate";

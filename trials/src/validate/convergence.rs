@@ -1,12 +1,13 @@
-//! Limits of vanishing simulator weight, cell size and step, and the order of the errors.
+//! Convergence test of Monte Carlo schemes: limits of vanishing simulator weight, cell size and
+//! time step, and the order of the errors.
 //!
-//! 48 disks at packing 0.25 in a box of 12.3 d, where no shear mode grows: the elastic collision
-//! rate over Enskog's, the energy at `t_0` of the cooling gas with r = 0.8 over Haff's law, and its
-//! a2 at `3 t_0`. Weights are swept in cells of two diameters; cells and steps at many simulators
-//! for each disk, so that the few that a small cell holds are still many.
+//! The gas has 48 disks at packing 0.25 in a box of 12.3 d, where no shear mode grows. Measured are
+//! the elastic collision rate over Enskog's, the energy of the cooling gas with r = 0.8 at `t_0`
+//! over Haff's law, and its a2 at `3 t_0`. Weights vary in cells of two diameters. Cells and steps
+//! vary with many simulators per disk, so that a small cell still holds many.
 //!
-//! The rate of N simulators of momentum zero is divided by `sqrt(1 - 1/N)`: N (N - 1) pairs, each
-//! sqrt(N/(N - 1)) faster than that of free ones.
+//! The rate of N simulators with zero total momentum is divided by `sqrt(1 - 1/N)`. Of N (N - 1)
+//! pairs each is faster by sqrt(N/(N - 1)) than a pair of free simulators.
 
 use stosszahl_analysis::fit::{self, FitPoint};
 use stosszahl_analysis::relaxation::unbiased_cumulant;
@@ -20,13 +21,13 @@ use super::small_gas::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_
 use crate::table::{RowPlace, estimate, mean};
 use crate::{Done, Effort, TrialError, TrialLog};
 
-/// Simulators for each disk while cells and steps are swept.
+/// Simulators per disk while cell size and time step vary.
 const MANY: u32 = 64;
-/// Elastic times of relaxation and of measurement, in mean free times.
+/// Durations of relaxation and of measurement in the elastic gas \[mean free times\].
 const ELASTIC: [f64; 2] = [10.0, 50.0];
 
-/// Varied parameter: its name, the order of its error by theory, and values of h with the choices
-/// they stand for.
+/// Variation of one numerical parameter: its name, the theoretical order of its error, and its
+/// values h with the scheme's parameters.
 type Sweep = (&'static str, f64, Vec<(f64, Parameters)>);
 
 fn sweeps(method: &Method) -> [Sweep; 3] {
@@ -56,12 +57,13 @@ fn sweeps(method: &Method) -> [Sweep; 3] {
     ]
 }
 
-/// Names of the measured quantities.
+/// Names of the measured quantities of the convergence test.
 const QUANTITIES: [&str; 3] = ["collision rate/Enskog", "K/Haff at t0", "a2 at 3 t0"];
-/// Largest deviations of the limits of a scheme that claims them, by quantity.
+/// Tolerances of the extrapolated limits, by quantity, for schemes that claim them.
 const TOLERANCES: [f64; 3] = [0.005, 0.01, 0.002];
 
-/// Returns rate and energy of one gas over theory, and its a2.
+/// Measures the elastic collision rate and the cooling energy of one gas over theory, and its
+/// fourth cumulant a2.
 fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], TrialError> {
     let start = start(DISKS, PACKING, seed, EQUILIBRATE)?;
     let chi = kinetic::contact_value(PACKING);
@@ -85,13 +87,14 @@ fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], TrialError> {
     ])
 }
 
-/// Number of replicas: all weights have equally many simulators in all, but never few replicas.
+/// Returns the number of replicas for a scheme's parameters. The total number of simulators is
+/// constant, with at least 16 replicas.
 fn replicas(effort: &Effort, parameters: &Parameters) -> u64 {
     let simulators = if effort.quick { 400 } else { 16_000 };
     (simulators / u64::from(parameters.simulators_per_particle)).max(16)
 }
 
-/// Runs all sweeps of the schemes.
+/// Tests the convergence of all requested Monte Carlo schemes in weight, cell size and time step.
 pub(super) fn test_convergence(log: &mut TrialLog) -> Done {
     for method in log.effort.methods.clone() {
         for sweep in sweeps(&method) {

@@ -1,11 +1,11 @@
-//! Cooling of a gas in a box too small for shear modes to grow, against Haff's law.
+//! Test of homogeneous cooling against Haff's law, in a box too small for growing shear modes.
 //!
-//! r = 0.8 at packing 0.25, where shear modes grow in boxes of more than 17.3 d: 48 disks in a box
-//! of 12.3 d. So few have effects of their own: shear modes below the threshold hold more than
-//! their thermal share, which is 1/N of all, and a pair of N with momentum zero is faster than two
-//! free ones. All go with 1/N, the number of simulators: with 64 for each disk they are below a
-//! thousandth. With one for each disk the gas is compared with exact dynamics of 48 disks, which
-//! has them too.
+//! The gas has 48 disks with r = 0.8 at packing 0.25, in a box of 12.3 d. Shear modes grow in boxes
+//! wider than 17.3 d. Few particles have effects of their own. Shear modes below the threshold hold
+//! more than their thermal share of the energy, 1/N. A pair of N particles with zero total momentum
+//! is faster than two free ones. Both effects scale as 1/N with the number N of simulators, and are
+//! below a thousandth with 64 per disk. With one simulator per disk the gas is compared with exact
+//! dynamics of 48 disks, which has the same effects.
 
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_model::{kinetic, transport};
@@ -16,12 +16,12 @@ use super::subject::{ExactDynamics, GasCourse, ObservedGas, Simulated};
 use crate::table::{RowPlace, against, divided_by, mean};
 use crate::{Done, TrialError, TrialLog};
 
-/// Sample times over `t_0`.
+/// Sample times of the cooling gas, in units of Haff's time `t_0`.
 const TIMES: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
-/// Number of simulators per disk at which the noise of few simulators vanishes.
+/// Simulators per disk at which effects of few simulators are below a thousandth.
 const MANY: u32 = 64;
 
-/// Returns the gas to follow.
+/// Returns the cooling gas of 48 disks, with its sample times.
 fn small_gas() -> ObservedGas {
     ObservedGas {
         disks: DISKS,
@@ -32,12 +32,13 @@ fn small_gas() -> ObservedGas {
     }
 }
 
-/// Mean temperature of the replicas at the sample time of this index.
+/// Averages the temperature over the replicas at the sample time of index `time`.
 fn temperature(courses: &[GasCourse], time: usize) -> Result<Estimate, TrialError> {
     mean(courses.iter().map(|course| course.temperatures[time]))
 }
 
-/// Returns the mean a2 of courses. At `t_0` a2 is relaxed to 1 - 2^-6.4: the mean is 0.3 % short.
+/// Averages the fourth cumulant a2 over sample times and replicas. It is relaxed to 1 - 2^-6.4 at
+/// `t_0`, so the mean is 0.3 % too small.
 fn mean_cumulant(courses: &[GasCourse]) -> Result<Estimate, TrialError> {
     let cumulants = courses.iter().map(|course| &course.cumulants);
     mean(cumulants.map(|all| all.iter().sum::<f64>() / all.len() as f64))
@@ -47,7 +48,8 @@ fn law(time: f64) -> f64 {
     transport::relaxing_haff_law(RESTITUTION, time)
 }
 
-/// Runs all settings of the schemes, and exact dynamics.
+/// Tests the cooling of exact disks, and of all Monte Carlo schemes at all settings, against Haff's
+/// law.
 pub(super) fn test_cooling(log: &mut TrialLog) -> Done {
     let few = if log.effort.quick { 400 } else { 10_000 };
     let many = if log.effort.quick { 16 } else { 400 };

@@ -1,11 +1,11 @@
-//! Elastic gases against Enskog's theory: collision rate, pressure, diffusion, viscosity, noise,
-//! compressibility.
+//! Test of elastic gases against Enskog's theory: collision rate, pressure, diffusion, viscosity,
+//! thermal noise, compressibility.
 //!
-//! Starts are disordered gases under exact dynamics for some elastic collisions of each disk; the
-//! scheme then relaxes to its own structure before anything is measured. Rates and noise follow
-//! within a few collisions of each disk: 20 are given. Density modes forget theirs by sound
-//! damping, at a rate of at least `nu k²`, so S(k) is taken only from [`SLOWEST`] on and relaxes
-//! for three of these times.
+//! Initial states are gases equilibrated by exact elastic collisions. Each scheme then relaxes to
+//! its own structure before the measurement. Rates and noise relax within a few collisions per
+//! disk; 20 are given. Density modes relax by sound damping, at a rate of at least `nu k²` for the
+//! kinematic viscosity `nu`. S(k) is therefore taken only from [`SLOWEST`] on, after three
+//! relaxation times.
 
 use nalgebra::Vector2;
 use stosszahl_analysis::fit::{self, FitPoint};
@@ -25,67 +25,72 @@ use crate::gas::{EqualDisks, particles_of, square};
 use crate::table::{RowPlace, TrialTableRow, divided_by, mean as over_gases};
 use crate::{Done, Effort, TrialError, TrialLog};
 
-/// Packing fractions. In dilute gases only cells that a scheme chooses itself are meaningful.
+/// Packing fractions of the elastic gases. In dilute gases only a scheme's own choice of cells is
+/// tested.
 pub const PACKINGS: [f64; 6] = [0.0025, 0.01, 0.05, 0.1, 0.25, 0.5];
 const THIN: f64 = 0.05;
 
-/// Smallest wave number times d of the modes that S(k → 0) is taken from.
+/// Smallest wave number k d of the density modes from which S(k → 0) is extrapolated.
 const SLOWEST: f64 = 0.15;
-/// Largest wave number times d of the modes that S(k → 0) is taken from: below it, the structure of
-/// hard disks changes S by less than a tenth.
+/// Largest wave number k d of the density modes from which S(k → 0) is extrapolated. Below it, the
+/// structure of hard disks changes S by less than a tenth.
 const FASTEST: f64 = 0.6;
-/// Edges of the bands of wave numbers times d in which the energy of velocity modes is averaged;
-/// what the cells do not resolve is left out, and the first begins with the box.
+/// Band edges of wave numbers k d, in which the energy of velocity modes is averaged. Wavelengths
+/// below two cells are left out.
 const BANDS: [f64; 4] = [0.0, 0.5, 1.0, std::f64::consts::PI];
-/// Largest number of modes in a band.
+/// Largest number of velocity or density modes in a band of wave numbers.
 const MODES: usize = 640;
-/// Fewest modes of a gas in a band from which a verdict is drawn: energies are exponentially
-/// distributed, so that a gas of fewer says little.
+/// Smallest number of modes in a band for a verdict. Mode energies are exponentially distributed,
+/// so fewer modes are too noisy.
 const FEWEST: usize = 100;
-/// Largest deviation of the energy of a mode from T, as a share, that is claimed.
+/// Claimed relative deviation of the energy of a velocity mode from the temperature T.
 const NOISE: f64 = 0.02;
-/// Largest deviation of the energy of sound, in a scheme's own cells at high packing: it has 1.7 %
-/// too little at packing 0.25 and 2.3 to 3.3 % at 0.5.
+/// Claimed relative deviation of the energy of long longitudinal modes (sound), in a scheme's own
+/// cells at high packing. It is 1.7 % too low at packing 0.25 and 2.3 to 3.3 % at 0.5.
 const SOUND: f64 = 0.05;
-/// Packing fraction from which sound is claimed to [`SOUND`] only.
+/// Packing fraction from which the energy of sound modes is claimed within [`SOUND`] only.
 const DENSE: f64 = 0.25;
-/// Number of bands in which sound is claimed to [`SOUND`] only.
+/// Number of lowest wave-number bands in which the energy of sound modes is claimed within
+/// [`SOUND`] only.
 const LONG: usize = 2;
-/// Samples of noise and structure, and their distance in collisions of a disk.
+/// Number of samples of thermal noise and structure. Their interval is `BETWEEN` mean free times.
 const SAMPLES: u32 = 12;
 const BETWEEN: f64 = 5.0;
-/// Velocity of a shear wave over the thermal velocity: an energy of half a percent of T for each of
-/// two.
+/// Velocity amplitude of a started shear wave over the thermal velocity: each of two waves has half
+/// a percent of T as energy.
 const WAVE: f64 = 0.15;
-/// Number of steps of the regression of a shear wave.
+/// Number of time intervals in the regression of the shear-wave decay.
 const STEPS: u32 = 6;
-/// Length of a step, over the time in which the wave decays to 1/e by theory.
+/// Time interval of the shear-wave regression, over the theoretical decay time to 1/e.
 const STEP: f64 = 0.4;
 
-/// Results of one gas.
+/// Measured results of one elastic gas: rate, pressure, diffusion, mode energies, compressibility
+/// and shear waves.
 struct Found {
     rate: f64,
     pressure: f64,
     squares: [f64; 2],
-    /// Transverse and longitudinal energy over T of each mode of each band, means over the samples.
+    /// Transverse and longitudinal energy over T of each velocity mode in each band, averaged over
+    /// samples.
     bands: Vec<Vec<[f64; 2]>>,
     compressibility: f64,
-    /// Number of disks for each simulator.
+    /// Number of disks that each Monte Carlo simulator represents.
     weight: f64,
-    /// Shear waves at equal intervals of time.
+    /// Amplitudes of the shear waves at equal time intervals.
     waves: Vec<Vec<f64>>,
-    /// Square root of the temperature while the waves decay.
+    /// Mean thermal speed, the square root of the temperature, while the shear waves decay.
     speed: f64,
 }
 
-/// Settings of the measurement that do not depend on the gas.
+/// Settings for the measurement of elastic gases that depend only on packing, cell size and box:
+/// times, wave numbers and modes.
 struct Plan {
     packing: f64,
     chi: f64,
-    /// Mean free time of a disk \[time\].
+    /// Mean free time of a disk by Enskog's theory \[time\].
     free: f64,
     relaxation: f64,
-    /// Wave number of the shear waves.
+    /// Wave number of the started shear waves \[1/length\].
     wave: f64,
     wave_index: i32,
     spacing: f64,
@@ -199,7 +204,8 @@ impl Plan {
         Ok(())
     }
 
-    /// Starts two shear waves and follows them.
+    /// Starts two shear waves in an elastic gas, and records their amplitudes and the mean thermal
+    /// speed while they decay.
     fn shear(
         &self,
         gas: &mut DsmcEngine<EqualDisks, Tracked>,
@@ -228,7 +234,7 @@ fn mean_square(displacements: &[Vector2<f64>]) -> f64 {
     sum / displacements.len().max(1) as f64
 }
 
-/// Returns the number of disks at a setting, and the number of gases at first and at most: more
+/// Returns the number of disks at a setting, and the initial and the largest number of gases. More
 /// simulators have less noise, and cost more.
 fn extent(effort: &Effort, setting: SchemeSetting) -> (usize, [u64; 2]) {
     match (effort.quick, setting) {
@@ -242,7 +248,7 @@ fn extent(effort: &Effort, setting: SchemeSetting) -> (usize, [u64; 2]) {
     }
 }
 
-/// Returns the settings at which a gas of this packing is measured.
+/// Returns the resolutions at which an elastic gas of this packing fraction is measured.
 fn settings(packing: f64) -> Vec<SchemeSetting> {
     let fixed: &[SchemeSetting] = if packing < THIN {
         &[]
@@ -252,8 +258,8 @@ fn settings(packing: f64) -> Vec<SchemeSetting> {
     [fixed, &[SchemeSetting::Own]].concat()
 }
 
-/// Runs all settings of the schemes at all packings. Gases are added until every claim is decided,
-/// or their number is the largest.
+/// Tests all Monte Carlo schemes in elastic gases at all packing fractions and resolutions. Gases
+/// are added until every claim is decided, or up to a limit.
 pub(super) fn test_elastic(log: &mut TrialLog) -> Done {
     for packing in PACKINGS {
         for setting in settings(packing) {

@@ -1,4 +1,5 @@
-//! Exact dynamics: conservation, reversal, equation of state, structure.
+//! Test of exact dynamics of elastic disks: conservation, time reversal, equation of state,
+//! structure.
 
 use std::f64::consts::PI;
 use std::time::Instant;
@@ -18,11 +19,11 @@ use crate::{Done, TrialError, TrialLog};
 /// Compressibility factor Z of hard disks by packing fraction, from the ten-term virial series of
 /// Kolafa & Rottner, Mol. Phys. 104, 3435 (2006).
 const COMPRESSIBILITY: [(f64, f64); 3] = [(0.1, 1.2361), (0.25, 1.7916), (0.5, 4.107)];
-/// Number of disks of the equation of state.
+/// Number of disks in the test of the equation of state.
 const DISKS: usize = 10_000;
 
 /// Measures the compressibility factor Z of elastic disks from the virial, and the collision rate
-/// over `4 (Z - 1)/√π`, the rate that follows from Z. Errors are those of ten blocks of collisions.
+/// over `4 (Z - 1)/√π`, its value by Z. Standard errors are those of ten blocks of collisions.
 fn equation_of_state(packing: f64, collisions: u64) -> Result<[Estimate; 2], TrialError> {
     let mut now = start(DISKS, packing, 2, 20.0)?;
     let (mut factors, mut quotients) = (Vec::new(), Vec::new());
@@ -44,8 +45,8 @@ fn place_text(setting: &str, packing: f64, began: Instant) -> RowPlace {
     RowPlace::new("exact", "event-driven", setting, packing, seconds)
 }
 
-/// Largest distance of disks from their start, after a number of collisions forward and the same
-/// time back \[length\].
+/// Returns the largest distance of disks from their start after a number of collisions, a reversal
+/// of all velocities and the same time back \[length\].
 fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, TrialError> {
     let start = disordered(disks, packing, 3)?;
     let before = particles_of(&start);
@@ -63,8 +64,8 @@ fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, TrialErr
     Ok(off.fold(0.0, f64::max))
 }
 
-/// Tests conservation, reversal, equation of state against the literature, structure, and contact
-/// values.
+/// Tests exact dynamics: conservation, reversal, equation of state against the literature,
+/// structure, bulk viscosity and contact values.
 pub(super) fn test_exact(log: &mut TrialLog) -> Done {
     mechanics(log)?;
     state(log)?;
@@ -122,8 +123,8 @@ fn state(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Tests density fluctuations of long waves against the compressibility of the fluid; up to k d =
-/// 0.6, where structure changes S(k) by less than a tenth.
+/// Tests density fluctuations of long waves against the compressibility of the hard-disk fluid.
+/// Wave numbers up to k d = 0.6 count, where structure changes S(k) by less than a tenth.
 fn structure(log: &mut TrialLog) -> Done {
     let began = Instant::now();
     let seeds = if log.effort.quick { 32 } else { 200 };

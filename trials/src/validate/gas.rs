@@ -1,4 +1,5 @@
-//! Starts, gases behind the common interface, and measurements that all parts share.
+//! Initial states, simulations by either engine, and measurements that all parts of the validation
+//! share.
 
 use nalgebra::{Vector2, Vector3};
 use stosszahl_analysis::energy::EnergySample;
@@ -11,8 +12,8 @@ use stosszahl_model::{Budget, Observer, ParticleSpec, Particles, Simulation, Sta
 use crate::gas::{EqualDisks, UNIT, disks, disordered, domain, law, particles_of, relaxed, state};
 use crate::{Done, TrialError};
 
-/// Creates a disordered start of unit disks at T = 1, after some elastic collisions of each disk
-/// under exact dynamics, time zero.
+/// Creates randomly placed unit disks at T = 1, equilibrated by some elastic collisions per disk
+/// under exact dynamics, at time zero.
 pub(super) fn start(
     count: usize,
     packing: f64,
@@ -31,7 +32,7 @@ fn grains(restitution: f64) -> Result<ParticleSpec, TrialError> {
     ))
 }
 
-/// Creates exact dynamics from a start.
+/// Creates an event-driven simulation of unit disks from initial particles.
 pub(super) fn exact(
     start: &Particles,
     restitution: f64,
@@ -48,9 +49,9 @@ pub(super) fn exact(
     )?)
 }
 
-/// Creates a Monte Carlo gas from a start, with velocities of its own for each simulator:
-/// Maxwellian, momentum zero and T = 1 exactly. Otherwise the velocities of the
-/// simulators of a disk would be turned copies, as far from a Maxwellian as the few disks are.
+/// Creates a Monte Carlo simulation with fresh Maxwellian velocities of every simulator, zero
+/// momentum and T = 1 exactly. Otherwise the simulators of a disk would have rotated copies of its
+/// velocity, as far from a Maxwellian as the few disks are.
 pub(super) fn monte_carlo(
     start: &Particles,
     restitution: f64,
@@ -72,8 +73,8 @@ pub(super) fn monte_carlo(
     Ok(gas)
 }
 
-/// Creates an elastic Monte Carlo gas as the engine itself, whose tally has the distance over which
-/// a scheme carries momentum.
+/// Creates an elastic Monte Carlo engine, whose counters also have the momentum transfer of
+/// collisions.
 pub(super) fn cells(
     start: &Particles,
     parameters: Parameters,
@@ -90,7 +91,7 @@ pub(super) fn cells(
     Ok(engine)
 }
 
-/// Returns the changes of velocity that make a gas Maxwellian.
+/// Returns the velocity changes that give every particle a new Maxwellian velocity.
 fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>, TrialError> {
     let (places, velocities) = columns(gas);
     let places = places.into_iter().map(|at| (at, Vector2::zeros()));
@@ -101,43 +102,43 @@ fn to_maxwellian(gas: &Particles, streams: Streams) -> Result<Vec<Vector2<f64>>,
     Ok(bodies.map(|(new, old)| new.velocity - old).collect())
 }
 
-/// Advances a gas to a time, in the same parts as a run, from checkpoint to checkpoint.
+/// Advances a simulation to a time in the segments of a usual run, from checkpoint to checkpoint.
 pub(super) fn advance(gas: &mut dyn Simulation, until: f64, observer: &mut dyn Observer) -> Done {
     while !gas.advance(until, Budget::Leg, observer)? {}
     Ok(())
 }
 
-/// Starts shear waves in all of the modes, of a velocity over the thermal one.
+/// Adds shear waves to a gas in all given modes, with a velocity amplitude over the thermal speed.
 pub(super) fn kick(gas: &mut dyn Simulation, modes: &Modes, velocity: f64) -> Done {
     let changes = shear_waves(modes, &columns(&gas.particles()).0, velocity)?;
     let changes: Vec<Vector3<f64>> = changes.iter().map(|change| change.push(0.0)).collect();
     Ok(gas.add_velocities(&changes)?)
 }
 
-/// Returns positions and velocities.
+/// Returns positions and velocities of particles in the plane, as two lists.
 pub(super) fn columns(gas: &Particles) -> (Vec<Vector2<f64>>, Vec<Vector2<f64>>) {
     let columns = |one: &stosszahl_model::Particle| (one.position.xy(), one.velocity.xy());
     gas.all.iter().map(columns).unzip()
 }
 
-/// Creates the modes of these indices in the box of a gas.
+/// Creates the Fourier modes with the given indices in the box of a gas.
 pub(super) fn modes(gas: &Particles, indices: Vec<[i32; 2]>) -> Result<Modes, TrialError> {
     Ok(Modes::new([gas.lengths[0], gas.lengths[1]], indices)?)
 }
 
-/// Returns the amplitudes of modes.
+/// Measures the Fourier amplitudes of density and velocity in the given modes of a gas.
 pub(super) fn amplitudes(gas: &Particles, modes: &Modes) -> Result<Vec<Amplitude>, TrialError> {
     let (positions, velocities) = columns(gas);
     Ok(modes.measure(&positions, &velocities)?)
 }
 
-/// Returns temperature and a2.
+/// Measures the temperature and the fourth cumulant a2 of a gas.
 pub(super) fn energy(gas: &Particles) -> EnergySample {
     EnergySample::of_particles(gas, 0)
 }
 
-/// Returns shear waves by their velocities, `2/N Σ v_t cos(k · r)` and with the sine, and the
-/// temperature without them.
+/// Measures the amplitudes of shear waves, `2/N Σ v_t cos(k · r)` and with the sine, and the
+/// temperature without them. Here `v_t` is the transverse velocity of N particles at r.
 ///
 /// A wave of amplitude a has the energy a²/4 a disk, and T is the energy of a disk.
 pub(super) fn waves(gas: &Particles, modes: &Modes) -> Result<(Vec<[f64; 2]>, f64), TrialError> {

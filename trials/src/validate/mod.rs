@@ -1,16 +1,17 @@
-//! Claims about accuracy, over replicas, with error bars and verdicts.
+//! Validation of the engines: claims about accuracy, measured over replicas, with error bars and
+//! verdicts.
 //!
-//! `stosszahl-trials validate` measures everything that is claimed, as one table. A part is left
-//! out only by name or when the time is up, and both are said. Rows are printed as they come and
-//! the table is written after each part, so that a run that is stopped leaves what it had. The end
-//! is `pass` only if every claim of every part passed.
+//! `stosszahl-trials validate` measures all claims, as one table. A part is missing only if others
+//! are named or the time is up, and the output states this. Rows are printed as they come, and the
+//! table is written after each part, so an interrupted validation keeps finished parts. The last
+//! line is `pass` only if every claim of every part holds.
 //!
 //! `stosszahl-trials validate dsmc` measures the Monte Carlo schemes against kinetic theory and
 //! against exact dynamics. The schemes and their claims are data, [`schemes::METHODS`].
 //!
-//! A claim passes if the value is within its tolerance and its standard error at most half of that;
-//! it is unresolved if the error is wider. Starts and streams are addressed by fixed seeds, so the
-//! table is the same in every run, whatever the number of threads.
+//! A claim passes if the value is within its tolerance and its standard error at most half of the
+//! tolerance. It is unresolved if the error is wider. Initial states and random streams have fixed
+//! seeds, so the table is the same in every run, with any number of threads.
 
 mod bulk;
 pub mod contact;
@@ -46,16 +47,16 @@ use schemes::METHODS;
 
 pub use whole::TRIALS;
 
-/// `stosszahl-trials validate` of the whole.
+/// Options of `stosszahl-trials validate` for all claims about accuracy.
 #[derive(Clone, Debug, Args)]
 pub struct ValidateAll {
-    /// Only this part; may be repeated [default: all].
+    /// Part of the validation to run alone; may be repeated [default: all].
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(TRIALS))]
     pub part: Vec<String>,
-    /// The selection of five minutes.
+    /// Validate with few and small gases, in about five minutes.
     #[arg(long)]
     pub quick: bool,
-    /// Begin no further part after this time: 90s, 5m or 1h [default: none].
+    /// Time after which no further part of the validation begins: 90s, 5m or 1h [default: none].
     #[arg(long, value_name = "TIME", value_parser = parse_duration)]
     pub budget: Option<Duration>,
     /// Markdown page to write, with the table data/validation.csv next to it; both are complete
@@ -64,25 +65,25 @@ pub struct ValidateAll {
     pub out: Option<PathBuf>,
 }
 
-/// `stosszahl-trials validate dsmc`.
+/// Options of `stosszahl-trials validate dsmc`, the validation of Monte Carlo schemes.
 #[derive(Clone, Debug, Args)]
 pub struct ValidateDsmc {
-    /// Only this part; may be repeated [default: all].
+    /// Part of the validation to run alone; may be repeated [default: all].
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = trial_names(parts::TRIALS))]
     pub part: Vec<String>,
-    /// Only this scheme; may be repeated [default: all].
+    /// Monte Carlo scheme to validate alone; may be repeated [default: all].
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub scheme: Vec<String>,
-    /// Few and small gases: errors are too wide for most verdicts, and unresolved claims do not
-    /// fail.
+    /// Validate with few and small gases: errors are too wide for most verdicts, and unresolved
+    /// claims do not fail.
     #[arg(long)]
     pub quick: bool,
-    /// Folder for validation.csv and validation.md.
+    /// Folder for the written tables validation.csv and validation.md.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
 
-/// Parts of the validation of the schemes.
+/// Parts of the validation of Monte Carlo schemes, as a table of trials.
 pub mod parts {
     use super::{ENDLESS, convergence, cooling, elastic, structure, unstable};
 
@@ -105,8 +106,8 @@ pub mod parts {
     }
 }
 
-/// Runs a job for each of some seeds in parallel: returns results in their order, and the seconds
-/// that all took.
+/// Runs a job for each seed in parallel. Returns the results in the order of seeds, and the summed
+/// computing time \[s\].
 fn over_seeds<T: Send>(
     seeds: Range<u64>,
     job: impl Fn(u64) -> Result<T, TrialError> + Sync + Send,
@@ -120,17 +121,18 @@ fn over_seeds<T: Send>(
     Ok((found, seconds.iter().sum()))
 }
 
-/// Outcome of the requested parts.
+/// Outcome of the requested parts of a validation: rows of claims, and missing parts.
 #[derive(Default)]
 struct Outcome {
     rows: Vec<TrialTableRow>,
-    /// Parts that were not run, or not to the end, with the reason.
+    /// Parts of the validation that were not run or not completed, with the reason.
     missing: Vec<String>,
 }
 
 impl Outcome {
-    /// Runs parts one after the other, and none after the budget is spent. Writes the page before
-    /// the work and after each part, so that a stop keeps what is done.
+    /// Runs parts of the validation in order, and starts none after the time budget is spent.
+    /// Writes the page at first and after each part, so that an interrupted validation keeps
+    /// finished parts.
     fn run_parts(
         parts: &[TrialRow],
         effort: &Effort,
@@ -162,8 +164,8 @@ impl Outcome {
         Ok(whole)
     }
 
-    /// Counts the claims of the default scheme that hold, that do not, and that are left open where
-    /// that is allowed.
+    /// Counts the claims of the default scheme that hold, that fail, and that are allowed to stay
+    /// unresolved.
     fn standing(&self, may_stay_open: impl Fn(&TrialTableRow) -> bool) -> [usize; 3] {
         let mut counts = [0; 3];
         for row in self.rows.iter().filter(|row| row.place.default) {
@@ -177,9 +179,8 @@ impl Outcome {
         counts
     }
 
-    /// Returns the last line of the whole and whether all is well; only the part of the default
-    /// scheme may leave claims open. The line has the number of claims that hold and the final
-    /// word.
+    /// Returns the last line of the validation, with the number of claims that hold, and whether
+    /// everything passed. Only the part of the default scheme may leave claims unresolved.
     fn verdict(&self) -> (String, bool) {
         let [passed, failed, open] =
             self.standing(|row| ["cooling", "elastic", "unstable"].contains(&row.place.part));
@@ -196,7 +197,8 @@ impl Outcome {
         (text, word == "pass")
     }
 
-    /// Work behind all rows \[s\]: rows of one scheme, setting and packing share theirs.
+    /// Returns the total computing time behind all rows \[s\]. Rows of one scheme, setting and
+    /// packing share it and count once.
     fn work(&self) -> f64 {
         let mut rows: Vec<_> = self.rows.iter().map(|row| &row.place).collect();
         rows.retain(|place| !place.setting.ends_with("to 0"));
@@ -204,7 +206,7 @@ impl Outcome {
         rows.iter().map(|place| place.seconds).sum()
     }
 
-    /// Writes the page of the whole, and its table next to it.
+    /// Writes the validation page, and the table of claims next to it.
     fn write(&self, path: &Path, quick: bool) -> Done {
         let option = if quick { " --quick" } else { "" };
         let command = format!("stosszahl-trials validate{option}");
@@ -224,8 +226,8 @@ impl Outcome {
     }
 }
 
-/// Runs the requested parts of the whole, prints each row, writes the page, and fails unless
-/// everything holds.
+/// Runs the requested parts of the whole validation, prints each row and writes the page. It fails
+/// unless everything holds.
 pub(crate) fn command(asked: &ValidateAll) -> Done {
     let effort = Effort {
         quick: asked.quick,
@@ -246,7 +248,8 @@ pub(crate) fn command(asked: &ValidateAll) -> Done {
     }
 }
 
-/// Runs the requested parts on the requested schemes, prints each row, and writes the tables.
+/// Runs the requested parts for the requested Monte Carlo schemes, prints each row and writes the
+/// tables.
 pub(crate) fn schemes_command(asked: &ValidateDsmc) -> Done {
     let effort = Effort {
         quick: asked.quick,

@@ -1,4 +1,4 @@
-//! Schemes to validate, as data: their parameters, their refinement, and their claims.
+//! Monte Carlo schemes to validate, as data: their parameters, their resolutions, and their claims.
 //!
 //! To add one, add an entry to [`METHODS`]. Quantities that a scheme does not claim are measured
 //! and stated, too.
@@ -7,53 +7,51 @@ use stosszahl_dsmc::{Neighbourhood, Parameters, PartnerDisplacement, Scheme};
 
 use crate::gas::PLAIN;
 
-/// Quantity measured of a scheme.
+/// Quantity by which a Monte Carlo scheme is validated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SchemeQuantity {
-    /// Collision rate of a disk in an elastic gas, over Enskog's.
+    /// Collision rate per disk in an elastic gas, over Enskog's.
     CollisionRate,
-    /// Pressure p/(nT) of an elastic gas from the flux of momentum, over the pressure of hard
-    /// disks.
+    /// Pressure p/(nT) of an elastic gas from the momentum flux, over that of hard disks.
     Pressure,
-    /// Self-diffusion of an elastic gas over Enskog's.
+    /// Self-diffusion coefficient of an elastic gas, over Enskog's.
     Diffusion,
     /// Shear viscosity of an elastic gas over Enskog's, from the decay of a shear wave.
     Viscosity,
-    /// Energy of transverse velocity modes over T.
+    /// Energy of transverse velocity modes in an elastic gas, over T.
     Transverse,
-    /// Energy of longitudinal velocity modes over T.
+    /// Energy of longitudinal velocity modes in an elastic gas, over T.
     Longitudinal,
-    /// Structure factor S(k → 0), over the compressibility of hard disks.
+    /// Structure factor S(k → 0) of an elastic gas, over the compressibility of hard disks.
     Compressibility,
-    /// Energy of the homogeneously cooling gas over Haff's law.
+    /// Kinetic energy of the homogeneously cooling gas, over Haff's law.
     Cooling,
-    /// Fourth cumulant a2 of the cooling gas.
+    /// Fourth cumulant a2 of the velocities of the homogeneously cooling gas.
     Cumulant,
-    /// Growth of shear modes of an unstable gas.
+    /// Growth of shear modes in a cooling gas larger than the critical length.
     Growth,
-    /// Limit of vanishing weight, cell or step.
+    /// Extrapolated results at vanishing simulator weight, cell size or time step.
     Limit,
 }
 
-/// Resolution of a scheme.
+/// Resolution at which a Monte Carlo scheme is validated: cell size and simulators per disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SchemeSetting {
-    /// Cells of two diameters, one simulator for each disk: those of Luding, Müller & McNamara
-    /// (1998).
+    /// Cells of two diameters with one simulator per disk, as in Luding, Müller & McNamara (1998).
     Single,
-    /// Cells of two diameters, eight simulators for each disk.
+    /// Cells of two diameters with eight simulators per disk.
     Eight,
-    /// Cells and simulators of the scheme's refined setting, [`Method::refined`].
+    /// Cell size and simulators per disk of the scheme's refined setting, [`Method::refined`].
     Refined,
-    /// Default cells and time steps, with four simulators for each disk.
+    /// Default cells and time steps of the scheme, with four simulators per disk.
     Own,
 }
 
 impl SchemeSetting {
-    /// Settings of all schemes, from coarse to fine.
+    /// Resolutions at which all schemes are validated, from coarse to fine.
     pub const ALL: [Self; 3] = [Self::Single, Self::Eight, Self::Refined];
 
-    /// Returns the name in tables.
+    /// Returns the name of the resolution in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Single => "single",
@@ -64,24 +62,25 @@ impl SchemeSetting {
     }
 }
 
-/// Scheme and its claims.
+/// Monte Carlo scheme under validation, with its numerical parameters and its claims.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
-    /// Name on the command line and in tables.
+    /// Name of the scheme on the command line and in tables.
     pub name: &'static str,
-    /// True if the command fails if a claim of the scheme does.
+    /// True for the default scheme: the validation fails if one of its claims does.
     pub default: bool,
-    /// Numerical parameters of the scheme; the setting gives cells and simulators.
+    /// Numerical parameters of the scheme, except cell size and simulators per disk, which the
+    /// resolution sets.
     pub parameters: Parameters,
-    /// Side of a cell over the diameter, and simulators for each disk, at the refined setting.
+    /// Cell size over the diameter, and simulators per disk, at the refined resolution.
     pub refined: (f64, u32),
-    /// Claims at each setting, in the order of [`SchemeSetting::ALL`]; in its own cells the scheme
-    /// claims what it claims with eight simulators.
+    /// Quantities that the scheme claims at each resolution, in the order of
+    /// [`SchemeSetting::ALL`]. In its own cells it claims those of eight simulators.
     pub claims: [&'static [SchemeQuantity]; 3],
 }
 
 impl Method {
-    /// Returns the numerical parameters at a setting.
+    /// Returns the numerical parameters of the scheme at a resolution.
     pub fn parameters_at(&self, setting: SchemeSetting) -> Parameters {
         let (cell, simulators) = match setting {
             SchemeSetting::Single => (2.0, 1),
@@ -101,7 +100,7 @@ impl Method {
         }
     }
 
-    /// Returns true if the scheme claims a quantity at a setting.
+    /// Returns true if the scheme claims a quantity at a resolution.
     pub fn claims(&self, setting: SchemeSetting, quantity: SchemeQuantity) -> bool {
         let place = match setting {
             SchemeSetting::Single => 0,
@@ -111,7 +110,8 @@ impl Method {
         self.claims[place].contains(&quantity)
     }
 
-    /// Creates a scheme that claims nothing, in cells of two diameters or finer ones.
+    /// Creates a Monte Carlo scheme that claims nothing, with a refined resolution of one diameter
+    /// and 16 simulators per disk.
     const fn new(name: &'static str, scheme: Scheme, steps_per_cell_crossing: f64) -> Self {
         Self {
             name,
@@ -126,20 +126,20 @@ impl Method {
         }
     }
 
-    /// Returns this scheme with partners a diameter apart, which gives it a pressure.
+    /// Displaces the scheme's collision partners by one diameter, which gives it a collisional
+    /// pressure.
     const fn displaced(mut self) -> Self {
         self.parameters.displacement = PartnerDisplacement::Diameter;
         self
     }
 
-    /// Returns this scheme with half a diameter for a cell and 64 simulators for each disk at the
-    /// refined setting.
+    /// Sets the scheme's refined resolution to cells of half a diameter and 64 simulators per disk.
     const fn finer(mut self) -> Self {
         self.refined = (0.5, 64);
         self
     }
 
-    /// Returns this scheme with claims.
+    /// Sets the quantities that the scheme claims at each resolution.
     const fn claiming(mut self, claims: [&'static [SchemeQuantity]; 3]) -> Self {
         self.claims = claims;
         self
@@ -151,7 +151,7 @@ use SchemeQuantity::{
     Viscosity,
 };
 
-/// Scheme with Enskog's rate at the mean density.
+/// Enskog scheme with the collision rate at the mean density of the gas.
 const MEAN: Scheme = Scheme::Enskog(Neighbourhood::Mean);
 const CELLS: &[SchemeQuantity] = &[CollisionRate, Transverse, Longitudinal];
 const NOISE: &[SchemeQuantity] = &[Transverse, Longitudinal];
@@ -168,7 +168,7 @@ const ALL: &[SchemeQuantity] = &[
     Limit,
 ];
 
-/// Default scheme, contact-point.
+/// Contact-point scheme under validation, the default Monte Carlo scheme, with its claims.
 pub const CONTACT_POINT: Method = {
     let scheme = Scheme::ContactPoint { radius: None };
     let mut method = Method::new("contact-point", scheme, 8.0).finer();
@@ -177,7 +177,7 @@ pub const CONTACT_POINT: Method = {
     method.claiming([DENSE, DENSE, ALL])
 };
 
-/// All schemes that are validated.
+/// All Monte Carlo schemes under validation.
 pub const METHODS: &[Method] = &[
     // chi = 1: the Boltzmann equation of a dilute gas, measured against Enskog's to show what
     // density does.

@@ -1,20 +1,21 @@
-//! Gas of 48 disks that cools homogeneously, and theory of it: shear modes cannot grow in its box.
+//! Homogeneously cooling gas of 48 disks for validation, and its theory. Shear modes cannot grow in
+//! its small box.
 
 use stosszahl_model::{Constant, kinetic};
 use stosszahl_theory::{Component, ContactValues, MaxwellianMixture, TheoryError};
 
-/// Packing fraction of the gas.
+/// Packing fraction of the cooling gas.
 pub(super) const PACKING: f64 = 0.25;
-/// Coefficient of restitution.
+/// Coefficient of restitution of the cooling gas.
 pub(super) const RESTITUTION: f64 = 0.8;
-/// Number of disks.
+/// Number of disks of the cooling gas.
 pub(super) const DISKS: usize = 48;
-/// Number of elastic collisions of each disk before: RSA is close to equilibrium, and the box is
-/// small.
+/// Elastic collisions per disk before cooling. Random sequential addition is close to equilibrium,
+/// and the box is small.
 pub(super) const EQUILIBRATE: f64 = 50.0;
 
-/// a2 of the homogeneous cooling state of the Boltzmann equation at this restitution, in six Sonine
-/// orders: -0.0262, where the simplest formula has -0.0219.
+/// Returns the fourth cumulant a2 of the homogeneous cooling state by the Boltzmann equation, in
+/// six Sonine orders: -0.0262. The simplest formula gives -0.0219.
 pub(super) fn cumulant() -> Result<f64, TheoryError> {
     let disk = Component {
         mass: 1.0,
@@ -28,7 +29,8 @@ pub(super) fn cumulant() -> Result<f64, TheoryError> {
     Ok(found[0].fourth_cumulants[0])
 }
 
-/// Haff's time of the gas.
+/// Returns Haff's time `t_0` of the cooling gas, in units of the diameter over the initial thermal
+/// speed.
 pub(super) fn haff_time() -> f64 {
     kinetic::haff_time(PACKING, RESTITUTION, kinetic::contact_value(PACKING))
 }

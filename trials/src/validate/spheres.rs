@@ -1,4 +1,5 @@
-//! Gases without positions: equal disks and spheres that cool, and a published mixture.
+//! Test of gases without positions: cooling of equal disks and spheres, and a published
+//! polydisperse mixture.
 
 use std::time::Instant;
 
@@ -16,19 +17,19 @@ use crate::gas::{SmoothParticles, UNIT, law, particles, without_positions};
 use crate::table::{RowPlace, mean};
 use crate::{Done, TrialError, TrialLog};
 
-/// Coefficient of restitution of the cooling gas.
+/// Coefficient of restitution of the cooling gas without positions.
 const RESTITUTION: f64 = 0.8;
-/// Number of particles.
+/// Number of particles of the cooling gas without positions.
 const PARTICLES: usize = 20_000;
-/// Number density \[1/length^D\].
+/// Number density of the cooling gas in D dimensions \[1/length^D\].
 const DENSITY: f64 = 0.1;
-/// Sample times over `t_0`.
+/// Sample times of the cooling gas, in units of Haff's time `t_0`.
 const TIMES: [f64; 2] = [1.0, 4.0];
-/// Sonine orders of the theory: one more would change a2 by 1e-5.
+/// Sonine orders of the theory of cooling. One more would change a2 by 1e-5.
 const ORDERS: usize = 6;
 
-/// Returns, for one gas at each time, energy and number of collisions over their values in theory,
-/// and a2 less its value in theory.
+/// Simulates one cooling gas without positions. Returns energy and collisions over theory, and the
+/// difference of a2 to theory, at each sample time.
 fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, TrialError> {
     let law = law(RESTITUTION)?;
     let scene: SmoothParticles<S> = particles(law.clone(), UNIT);
@@ -57,8 +58,8 @@ fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, TrialError> {
     Ok(found)
 }
 
-/// Tests cooling in the plane or in space against the kinetic equations, from a Maxwellian start: K
-/// and collisions to 0.5 %, and a2 to 0.003.
+/// Tests cooling without positions in two or three dimensions against the kinetic equations, from a
+/// Maxwellian start. Energy and collisions must agree to 0.5 %, a2 to 0.003.
 fn cooling<S: Space>(log: &mut TrialLog) -> Done {
     let began = Instant::now();
     let seeds = if log.effort.quick { 24 } else { 100 };
@@ -84,9 +85,10 @@ fn cooling<S: Space>(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Tests cooling of equal disks and equal spheres, and Table I of Bodrova & Osinsky (2024): 1.2·10⁶
-/// spheres of 125 sizes, restitution 0.5, to t = 100. Published are 12.0727 and 12.0678 million
-/// collisions and energies of 1.233e4 and 1.235e4 (with their exponent corrected).
+/// Tests cooling of equal disks and equal spheres without positions, and Table I of Bodrova &
+/// Osinsky (2024). The table has 1.2·10⁶ spheres of 125 sizes with restitution 0.5, to t = 100.
+/// Published are 12.0727 and 12.0678 million collisions and energies of 1.233e4 and 1.235e4 (with
+/// their exponent corrected).
 pub(super) fn test_spheres(log: &mut TrialLog) -> Done {
     cooling::<Plane>(log)?;
     cooling::<Volume>(log)?;

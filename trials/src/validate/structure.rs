@@ -1,9 +1,9 @@
-//! Structure of elastic disks of packing 0.25 at finite wave numbers: Monte Carlo against exact
-//! dynamics.
+//! Test of the structure factor S(k) of elastic disks of packing 0.25 at finite wave numbers: Monte
+//! Carlo against exact dynamics.
 //!
-//! Both start from the same states of exact disks, of which several simulators for each disk are
-//! moved and turned copies. Waves forget their start by viscous damping, of which `k d = 0.2` has
-//! 1/e in 40 collisions of a disk.
+//! Both methods start from the same states of exact disks. In Monte Carlo, the simulators of a disk
+//! are displaced and rotated copies of it. Density waves lose the memory of the start by viscous
+//! damping. At `k d = 0.2` they fall to 1/e in 40 collisions per disk.
 
 use stosszahl_analysis::modes::Modes;
 use stosszahl_analysis::statistics::Estimate;
@@ -18,26 +18,28 @@ use crate::{Done, TrialError, TrialLog};
 
 const DISKS: usize = 2000;
 const PACKING: f64 = 0.25;
-/// Numbers of simulators for each disk.
+/// Numbers of simulators per disk for which the structure factor is measured.
 const SIMULATORS: [u32; 4] = [1, 4, 16, 64];
-/// Wave numbers times d, and half the width of the bands of modes whose mean is taken: S(k) of hard
-/// disks is nearly linear there.
+/// Wave numbers k d at which the structure factor is measured, each with the half-width of its band
+/// of modes. S(k) of hard disks is nearly linear in a band.
 const WAVES: [(f64, f64); 3] = [(0.2, 0.1), (0.5, 0.1), (1.0, 0.1)];
-/// Number of simulators per disk from which contact point has the structure of disks.
+/// Simulators per disk from which the contact-point scheme claims the structure factor of exact
+/// disks.
 const MANY: u32 = 16;
-/// Largest relative deviation of the structure factor of the contact-point scheme from exact disks:
-/// linear response says 2 % at k d = 1 (`docs/development/monte-carlo.md`).
+/// Claimed relative deviation of the structure factor of the contact-point scheme from exact disks.
+/// Linear response predicts 2 % at k d = 1 (`docs/development/monte-carlo.md`).
 const CLAIM: f64 = 0.05;
-/// Most modes of each band.
+/// Largest number of modes in each band of wave numbers.
 const MODES: usize = 200;
-/// Collisions of each disk before the first sample.
+/// Collisions per disk before the first sample of the structure factor.
 const RELAX: f64 = 60.0;
-/// Number of samples.
+/// Number of samples of the structure factor in each gas.
 const SAMPLES: u32 = 10;
-/// Collisions of each disk between two samples.
+/// Collisions per disk between two samples of the structure factor.
 const BETWEEN: f64 = 8.0;
 
-/// Returns the mean of S(k) around each wave number, over samples and modes of one gas.
+/// Measures the structure factor S(k) of one gas around each wave number, averaged over samples and
+/// modes.
 fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], TrialError> {
     let free = 1.0 / kinetic::collision_rate(PACKING, kinetic::contact_value(PACKING), 0.0);
     let origin = gas.time();
@@ -61,8 +63,8 @@ fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], TrialError
     Ok(sums)
 }
 
-/// Runs exact disks, and the schemes with rising numbers of simulators per disk. The contact-point
-/// scheme claims the structure of exact disks from [`MANY`] on.
+/// Tests the structure factor of exact disks, and of Monte Carlo schemes with rising numbers of
+/// simulators per disk. The contact-point scheme claims that of exact disks from [`MANY`] on.
 pub(super) fn test_structure(log: &mut TrialLog) -> Done {
     let (exact_gases, gases) = if log.effort.quick { (4, 2) } else { (64, 24) };
     let make = |seed| start(DISKS, PACKING, seed, 40.0);

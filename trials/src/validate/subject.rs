@@ -1,8 +1,9 @@
-//! Interface of a method under validation, and the claims about its results.
+//! Trait of a simulation method under validation, and the claims about its elastic and cooling
+//! gases.
 //!
-//! A [`CollisionMethod`] follows a gas of equal disks and returns its temperature, its a2 and its
-//! collisions. The claims know nothing else of it, so that a method with a planted fault can be put
-//! in its place: the tests of the validator do that.
+//! A [`CollisionMethod`] simulates a gas of equal disks and returns its temperature, its a2 and its
+//! collisions. The claims use nothing else of the method. Tests of the validation therefore replace
+//! it by a method with a planted fault.
 
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::statistics::Estimate;
@@ -17,50 +18,54 @@ use super::small_gas;
 use crate::table::{RowPlace, mean};
 use crate::{Done, TrialError, TrialLog};
 
-/// Elastic collisions of each disk before a gas is followed.
+/// Elastic collisions per disk before a gas is observed.
 const EQUILIBRATE: f64 = 20.0;
-/// Number of bins of the impact parameter.
+/// Number of bins in the distribution of impact parameters.
 const BINS: usize = 20;
 
-/// Gas to follow.
+/// Gas of equal disks that a method under validation simulates, with its sample times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObservedGas {
-    /// Number of disks.
+    /// Number of disks of the gas under validation.
     pub disks: usize,
-    /// Packing fraction of the gas.
+    /// Packing fraction of the gas under validation.
     pub packing: f64,
-    /// Coefficient of restitution.
+    /// Coefficient of restitution of the gas under validation.
     pub restitution: f64,
-    /// Elastic collisions of each disk before the gas is followed.
+    /// Elastic collisions per disk before the gas is observed.
     pub equilibrate: f64,
-    /// Rising times, in units of the diameter over the thermal speed of the start.
+    /// Sample times in rising order, in units of the diameter over the initial thermal speed.
     pub times: Vec<f64>,
 }
 
-/// Results of following a gas.
+/// Observations of a simulated gas: temperatures, fourth cumulants and collisions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GasCourse {
-    /// Temperatures at the times, over the temperature of the start.
+    /// Temperatures of the gas at the sample times, over the initial temperature.
     pub temperatures: Vec<f64>,
-    /// a2 at the times, without the bias of a finite number.
+    /// Fourth cumulants a2 of the gas at the sample times, corrected for the finite number of
+    /// particles.
     pub cumulants: Vec<f64>,
-    /// Collisions from the start to the last time.
+    /// Collision statistics from the start to the last sample time.
     pub window: CollisionWindow,
 }
 
-/// Method by which disks collide: exact dynamics, or a Monte Carlo scheme.
+/// Simulation method under validation: exact dynamics, or a Monte Carlo scheme.
 pub trait CollisionMethod: Sync {
-    /// Returns the name in tables.
+    /// Returns the name of the simulation method in tables.
     fn table_name(&self) -> String;
 
-    /// Follows a gas from an equilibrium start, which the seed decides.
+    /// Simulates a gas from an equilibrium start that depends on the seed, and returns the
+    /// observations.
     ///
     /// # Errors
-    /// [`TrialError`] if it cannot be made or followed.
+    ///
+    /// [`TrialError`] if the gas cannot be created or simulated.
     fn follow_gas(&self, gas: &ObservedGas, seed: u64) -> Result<GasCourse, TrialError>;
 }
 
-/// Follows a gas and observes it.
+/// Runs a simulation to the sample times of a gas, and returns temperatures, cumulants and
+/// collisions.
 fn observed(gas: &ObservedGas, mut engine: Box<dyn Simulation>) -> Result<GasCourse, TrialError> {
     let end = gas.times.last().copied().unwrap_or(0.0);
     let mut windows = CollisionWindows::new(&[[0.0, end]], BINS, gas.disks, 0.0, 1.0);
@@ -84,8 +89,8 @@ fn observed(gas: &ObservedGas, mut engine: Box<dyn Simulation>) -> Result<GasCou
 }
 
 impl ObservedGas {
-    /// Follows the gas with a subject from some seeds; returns the courses, and the seconds that all
-    /// took.
+    /// Simulates the gas by a method with several seeds. Returns the observations, and the summed
+    /// computing time \[s\].
     pub(super) fn follow_all(
         &self,
         subject: &dyn CollisionMethod,
@@ -99,7 +104,7 @@ impl ObservedGas {
     }
 }
 
-/// Exact event-driven dynamics.
+/// Exact event-driven dynamics as a method under validation.
 #[derive(Clone, Copy, Debug)]
 pub struct ExactDynamics;
 
@@ -113,7 +118,7 @@ impl CollisionMethod for ExactDynamics {
     }
 }
 
-/// Monte Carlo scheme with its numerical choices.
+/// Monte Carlo scheme with given numerical parameters, as a method under validation.
 #[derive(Clone, Copy, Debug)]
 pub struct Simulated(pub Parameters);
 
@@ -128,7 +133,8 @@ impl CollisionMethod for Simulated {
     }
 }
 
-/// The default Monte Carlo scheme with as many simulators for each disk as it says are enough.
+/// Default Monte Carlo scheme as a method under validation, with as many simulators per disk as it
+/// recommends for molecular chaos.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactPoint;
 
@@ -152,27 +158,27 @@ impl CollisionMethod for ContactPoint {
     }
 }
 
-/// Amount of work of the claims of a subject.
+/// Number of disks and of seeds in the gases that test a method's claims.
 #[derive(Clone, Copy, Debug)]
 pub struct ClaimEffort {
-    /// Number of disks and of seeds of the elastic gas.
+    /// Number of disks and number of seeds of the elastic gas.
     pub elastic: (usize, u64),
-    /// Number of disks and of seeds of the cooling gas.
+    /// Number of disks and number of seeds of the cooling gas.
     pub cooling: (usize, u64),
 }
 
-/// Packing of the elastic gas, where every correction for density counts.
+/// Packing fraction of the elastic gas, at which all density corrections matter.
 const DENSE: f64 = 0.25;
-/// Packing and restitution of the cooling gas: so dilute that recollisions of exact disks do not
-/// count, in a box of less than the 477 d in which shear modes grow.
+/// Packing fraction of the cooling gas. Recollisions of exact disks are negligible, and the box is
+/// smaller than the 477 d at which shear modes grow.
 const DILUTE: f64 = 0.01;
 const RESTITUTION: f64 = 0.8;
-/// Time for which the elastic gas is followed, in mean free times.
+/// Duration of the elastic gas's observation, in mean free times.
 const ELASTIC_TIME: f64 = 20.0;
-/// Sample times of the cooling gas, over `t_0`.
+/// Times at which the cooling gas is sampled, in units of Haff's time `t_0`.
 const COOLING_TIMES: [f64; 2] = [1.0, 3.0];
 
-/// Mean over courses; courses without a value are left out.
+/// Averages a quantity over observed gases; gases without a value are left out.
 fn mean_over(
     courses: &[GasCourse],
     of: impl Fn(&GasCourse) -> Option<f64>,
@@ -180,7 +186,8 @@ fn mean_over(
     mean(courses.iter().filter_map(of))
 }
 
-/// Follows gases with a subject; returns their courses, and the place of its rows.
+/// Simulates gases with a method under validation. Returns the observations, and the common part of
+/// their table rows.
 fn courses(
     subject: &dyn CollisionMethod,
     setting: &str,
@@ -200,9 +207,9 @@ fn courses(
     Ok((courses, place))
 }
 
-/// Tests elastic disks at packing 0.25: the rate of Enskog's theory within 1 %, colliding pairs
-/// with `<g²>` = 6 T/m and uniform impact parameters as in molecular chaos, constant energy, a
-/// Maxwellian.
+/// Tests elastic disks at packing 0.25 against kinetic theory: Enskog's collision rate within 1 %,
+/// colliding pairs with `<g²>` = 6 T/m and uniform impact parameters, constant energy, Maxwellian
+/// velocities.
 fn elastic(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog) -> Done {
     let enskog = kinetic::collision_rate(DENSE, kinetic::contact_value(DENSE), 0.0);
     let times = vec![ELASTIC_TIME / enskog];
@@ -231,8 +238,8 @@ fn elastic(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog)
     Ok(())
 }
 
-/// Tests homogeneous cooling of dilute disks with r = 0.8: K by Haff's law with the relaxation of
-/// a2 within 1 %, a2 of the Boltzmann equation.
+/// Tests homogeneous cooling of dilute disks with r = 0.8: the energy by Haff's law with the
+/// relaxation of a2 within 1 %, and a2 of the Boltzmann equation.
 fn cooling(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog) -> Done {
     let haff = kinetic::haff_time(DILUTE, RESTITUTION, kinetic::contact_value(DILUTE));
     let times = COOLING_TIMES.map(|time| time * haff).to_vec();
@@ -257,10 +264,11 @@ fn cooling(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog)
     Ok(())
 }
 
-/// Tests all claims on a subject.
+/// Tests all claims on a simulation method: an elastic and a cooling gas.
 ///
 /// # Errors
-/// [`TrialError`] if a gas cannot be made or followed.
+///
+/// [`TrialError`] if a gas cannot be created or simulated.
 pub fn claims(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog) -> Done {
     elastic(subject, work, log)?;
     cooling(subject, work, log)

@@ -1,11 +1,12 @@
-//! Growth of shear modes in a cooling gas that is large enough for them, against linear theory and
-//! exact dynamics.
+//! Test of the growth of shear modes in a large cooling gas, against linear theory and exact
+//! dynamics.
 //!
-//! 10⁴ disks, r = 0.8, packing 0.25: a box of 177 d, in which modes of up to ten waves grow. Weak
-//! waves are set going along both axes and followed over `l = ln(1 + t/t_0)`, in which theory has
-//! them grow over the thermal speed by a constant exponent, `1 - (k/k_c)²`. The thermal speed is
-//! that of Haff's law: the measured one contains the growing modes. The other modes have only the
-//! noise of the start: their energies are compared with those of fluctuating hydrodynamics.
+//! The gas has 10⁴ disks with r = 0.8 at packing 0.25, in a box of 177 d, in which modes of up to
+//! ten wavelengths grow. Weak waves are started along both axes. In `l = ln(1 + t/t_0)`, linear
+//! theory predicts their growth over the thermal speed with the constant exponent `1 - (k/k_c)²`.
+//! The thermal speed is that of Haff's law, because the measured one contains the growing modes.
+//! All other modes grow from the initial noise. Their energies are compared with those of
+//! fluctuating hydrodynamics.
 
 use stosszahl_analysis::modes::Amplitude;
 use stosszahl_analysis::relaxation::decay_rate;
@@ -19,21 +20,22 @@ use super::small_gas::{PACKING, RESTITUTION, haff_time};
 use crate::table::{RowPlace, against, mean};
 use crate::{Done, TrialError, TrialLog};
 
-/// Numbers of waves in the box of the modes that are started.
+/// Mode numbers of the shear waves that are started: wavelengths per box length.
 const KICKED: [i32; 4] = [2, 4, 6, 8];
-/// Numbers of waves in the box of the modes that are left to the noise.
+/// Mode numbers of the shear waves that grow from thermal noise alone.
 const LEFT: [i32; 4] = [3, 5, 7, 9];
-/// Velocity of a wave over the thermal one: an energy of a thousandth of T for each of eight.
+/// Velocity amplitude of a started shear wave over the thermal speed: each of eight waves has a
+/// thousandth of T as energy.
 const WAVE: f64 = 0.06;
-/// First sample, in `ln(1 + t/t_0)`.
+/// Time of the first sample of the shear modes, in `ln(1 + t/t_0)`.
 const FIRST: f64 = 0.3;
-/// Interval of samples, in `ln(1 + t/t_0)`: a disk collides 11 times per unit.
+/// Interval of samples of the shear modes, in `ln(1 + t/t_0)`. A disk collides 11 times per unit.
 const SPACING: f64 = 0.2;
-/// Number of samples.
+/// Number of samples of the shear modes.
 const SAMPLES: u32 = 6;
 
-/// Results of one gas: the series of amplitudes for each kicked number of waves, and the energy
-/// over T of the modes that were not kicked, at the end.
+/// Measured results of one unstable gas: amplitudes of the started shear modes at each sample, and
+/// final energies over T of the modes grown from noise.
 struct Found {
     series: Vec<Vec<Vec<f64>>>,
     energies: Vec<f64>,
@@ -43,7 +45,7 @@ fn axes(numbers: &[i32]) -> Vec<[i32; 2]> {
     numbers.iter().flat_map(|&n| [[n, 0], [0, n]]).collect()
 }
 
-/// Starts waves in a gas and follows it.
+/// Starts shear waves in a cooling gas, and records their growth.
 fn follow(mut gas: Box<dyn Simulation>) -> Result<Found, TrialError> {
     let start = gas.particles();
     let (kicked, left) = (modes(&start, axes(&KICKED))?, modes(&start, axes(&LEFT))?);
@@ -70,7 +72,8 @@ fn follow(mut gas: Box<dyn Simulation>) -> Result<Found, TrialError> {
     Ok(Found { series, energies })
 }
 
-/// Exponents of the kicked modes, and energies of all other modes.
+/// Growth exponents of the started shear modes, and energies of the modes grown from noise,
+/// averaged over gases.
 struct Growth {
     exponents: Vec<Estimate>,
     energies: Vec<Estimate>,
@@ -142,7 +145,8 @@ impl Growth {
     }
 }
 
-/// Runs all settings of the schemes but the refined one, and exact dynamics.
+/// Tests the growth of shear modes by exact dynamics, and by all schemes at all resolutions but the
+/// refined one.
 pub(super) fn test_unstable(log: &mut TrialLog) -> Done {
     let replicas = if log.effort.quick { 4 } else { 32 };
     let (starts, _) = over_seeds(0..replicas, |seed| start(10_000, PACKING, seed, 20.0))?;

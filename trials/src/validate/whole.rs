@@ -1,4 +1,5 @@
-//! The whole of the claims about accuracy.
+//! All claims about accuracy, the parts of `stosszahl-trials validate`: literature values, both
+//! engines, gases without positions and hard cases.
 
 use std::time::Instant;
 
@@ -29,7 +30,7 @@ trials! {
         "no claim fails; some may stay open", ENDLESS;
 }
 
-/// Compares numbers in print with numbers of the program, to the rounding of each.
+/// Compares published numbers with those of the program, within the rounding of each.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn literature(log: &mut TrialLog) -> Done {
     let began = Instant::now();
@@ -86,7 +87,7 @@ fn monte_carlo(log: &mut TrialLog) -> Done {
     Ok(())
 }
 
-/// Runs every stress trial, and records for each the claim that it has no faults.
+/// Runs all hard cases, and records for each the claim that it has no faults.
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn suites(log: &mut TrialLog) -> Done {
     for (name, engine) in [

@@ -1,5 +1,6 @@
-//! The whole gas in time: particles, collisions, energies, temperatures and fourth cumulant, of
-//! engines against each other and against theory; measured in every case.
+//! Measurement of the whole gas against time: particles, collisions, energies, temperatures and
+//! fourth cumulant. Verdicts compare engines with each other and with theory. Every case has this
+//! measurement.
 
 mod flow_verdicts;
 mod tables;
@@ -20,7 +21,7 @@ pub(crate) use flow_verdicts::two_temperature_theory;
 pub(super) use tables::{GasRow, rows};
 pub(super) use uniform_verdicts::{pairs_of, void_for};
 
-/// Measure of the whole gas in time.
+/// Measurement of the whole gas against time, with the table `energy.csv`.
 pub struct EnergyMeasure;
 
 impl Measure for EnergyMeasure {
@@ -108,8 +109,8 @@ impl Measure for EnergyMeasure {
     }
 }
 
-/// Times of the samples, the start included, in the unit of time of the case: those of the case,
-/// and in a flow equal intervals, from which its steady state is found.
+/// Returns the sample times of the whole gas, start included, in the case's unit of time. A flow
+/// has equal intervals, from which its steady state is found.
 pub(crate) fn times(plan: &CasePlan) -> Vec<f64> {
     if plan.is_uniform() {
         plan.sample_times()
@@ -118,23 +119,24 @@ pub(crate) fn times(plan: &CasePlan) -> Vec<f64> {
     }
 }
 
-/// Returns true if the kinetic energy of translation is not all there is: walls and gravity give a
-/// flow and a height, spins an energy of their own.
+/// Returns true if flow, gravity or rotation holds part of the energy, so that Haff's law for
+/// translation alone does not apply.
 fn has_energies_apart(plan: &CasePlan) -> bool {
     plan.has_box() && (!plan.is_uniform() || plan.is_rough())
 }
 
-/// Returns true if the number of particles changes: they aggregate, come in, or go out.
+/// Returns true if the number of particles changes, by aggregation, inflow or outflow.
 fn has_changing_number(plan: &CasePlan) -> bool {
     plan.case.aggregation.is_some() || plan.case.is_open() || !plan.case.inflow.is_empty()
 }
 
-/// Kinetic energy of translation of particles that are no tracers, over that of the start, K/K(0).
+/// Returns K/K(0), the translational kinetic energy at a sample over that at the start, without
+/// tracers.
 pub(crate) fn energy_ratio(plan: &CasePlan, series: &GasSeries, sample: usize) -> f64 {
     untraced(plan, &series[sample]) / untraced(plan, &series[0])
 }
 
-/// Kinetic energy of translation of particles that are no tracers, in engine units.
+/// Returns the translational kinetic energy of all particles but tracers, in engine units.
 fn untraced(plan: &CasePlan, sample: &GasSample) -> f64 {
     let kept = |species: usize| plan.gas.species.get(species).is_none_or(|one| !one.tracer);
     sample.total_of(kept).translation

@@ -1,20 +1,25 @@
-//! The error budget of a run: each source of error with what was measured of it, an estimate, and a mark.
+//! Error budget of a run: each source of error with its measured value, an estimate of the relative
+//! error, and a severity.
 //!
-//! Estimates are rough, for a reader who must decide which choice to refine next; `stosszahl frontier` measures errors. Where they
-//! come from:
+//! Estimates are rough and show which numerical choice to refine next; `stosszahl frontier`
+//! measures errors. They have the following origin:
 //!
-//! - *cell*: a collision in a cell of width h carries momentum across it, which raises the viscosity by 16/(45 π) (h/λ)²
-//!   for the mean free path λ (F. J. Alexander, A. L. Garcia & B. J. Alder, Phys. Fluids 10, 1540 (1998),
-//!   doi:10.1063/1.869674, for spheres);
-//! - *time step*: flights are cut into steps. The Green-Kubo integral of a stress that relaxes at the rate ν = nT/η is then a
-//!   sum by the trapezoidal rule, which raises the viscosity by (ν Δt)²/12: π/48 (v Δt/λ)² for disks with v = √(2T/m), and
-//!   16/(75 π) for spheres (N. G. Hadjiconstantinou, Phys. Fluids 12, 2634 (2000)). Where partners are displaced, one that
-//!   collides again in the same step gives momentum back: about half a collision per step of it;
-//! - *few simulators*: the rate of displaced cells errs by a third over the number in a cell, measured at packing 0.25 and
-//!   restitution 0.8; K at `t_0` with partners around the point of contact by [`Parameters::excess_of_repeated_pairs`];
-//! - *limit*, *contact time*: the share of collisions that are not what they should be, twice that for the energy of a gas
-//!   that cools at a rate that is wrong by it;
-//! - *majorant*, *separation* across cells: no estimate, and a mark by the size of what was measured;
+//! - *cell*: a collision in a cell of width h carries momentum across the cell. This raises the
+//!   viscosity by 16/(45 π) (h/λ)² for the mean free path λ (F. J. Alexander, A. L. Garcia & B. J.
+//!   Alder, Phys. Fluids 10, 1540 (1998), doi:10.1063/1.869674, for spheres);
+//! - *time step*: flights are cut into steps of length Δt. The Green-Kubo integral of a stress that
+//!   relaxes at the rate ν = nT/η is then a sum by the trapezoidal rule. This raises the viscosity
+//!   η by (ν Δt)²/12: π/48 (v Δt/λ)² for disks with v = √(2T/m), and 16/(75 π) (v Δt/λ)² for
+//!   spheres (N. G. Hadjiconstantinou, Phys. Fluids 12, 2634 (2000)). A displaced partner that
+//!   collides again in the same step gives momentum back. The relative error is about half the
+//!   number of collisions per simulator and step;
+//! - *few simulators*: with displaced cells, the relative error of the collision rate is a third
+//!   over the number of simulators in a cell, measured at packing 0.25 and restitution 0.8. With
+//!   partners around the contact point, the error of K at `t_0` is
+//!   [`Parameters::excess_of_repeated_pairs`];
+//! - *limit*, *contact time*: the fraction of wrong collisions, and twice this for the energy of a
+//!   cooling gas;
+//! - *majorant*, *separation* across cells: no estimate, and a severity by the measured value;
 //! - *replicas*: the standard error of the last energy.
 
 use std::f64::consts::PI;
@@ -28,29 +33,29 @@ use crate::measure::{
 };
 use crate::plan::{CasePlan, EngineKind, EnginePlan, RATE_ERROR_IN_A_CELL, in_space};
 
-/// Measure of the sources of error of each engine.
+/// Measurement of the sources of error of each engine, with the table `error_budget.csv`.
 pub struct ErrorBudget;
 
-/// Largest estimated relative error that is marked green; `AMBER` is the largest that is marked
+/// Largest estimated relative error with green severity, 1 %. The constant `AMBER` is the limit of
 /// amber.
 const GREEN: f64 = 0.01;
 const AMBER: f64 = 0.05;
-/// Share by which cells of a mean free path raise the viscosity, 16/(45 π).
+/// Relative increase of the viscosity by cells as wide as a mean free path, 16/(45 π).
 const CELL: f64 = 16.0 / (45.0 * PI);
 
-/// Mark of a source of error, by the size of its estimated relative error.
+/// Severity of a source of error: green, amber or red, by its estimated relative error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Estimated relative error up to 1 %.
+    /// Green severity: estimated relative error up to 1 %.
     Green,
-    /// Estimated relative error above 1 %, up to 5 %.
+    /// Amber severity: estimated relative error above 1 %, up to 5 %.
     Amber,
-    /// Estimated relative error above 5 %, or unknown.
+    /// Red severity: estimated relative error above 5 %, or unknown.
     Red,
 }
 
 impl Level {
-    /// Returns the level of an estimated relative error; NaN is red.
+    /// Returns the severity of an estimated relative error; NaN is red.
     pub fn from_error(estimate: f64) -> Self {
         Self::by(estimate, GREEN, AMBER)
     }
@@ -72,7 +77,7 @@ impl Level {
     }
 }
 
-/// Temperatures of the gas at the start and at the end of the run.
+/// Granular temperatures of one replica at the start and at the end of the run.
 type Record = Vec<f64>;
 
 impl Measure for ErrorBudget {
@@ -129,13 +134,13 @@ impl Measure for ErrorBudget {
     }
 }
 
-/// Source of error, with its measured value and its estimated size.
+/// Source of error of an engine, with its measured value and its estimated relative error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Source {
     name: &'static str,
-    /// Measured value, and its unit.
+    /// Measured value of the source of error, and its unit.
     value: (f64, &'static str),
-    /// Estimated relative error; NaN without an estimate.
+    /// Estimated relative error of the results; NaN without an estimate.
     estimate: f64,
     level: Level,
     reason: &'static str,
@@ -157,13 +162,13 @@ impl Source {
         }
     }
 
-    /// Marks a source of error that has no estimate.
+    /// Returns the source of error with another severity, for sources without an estimate.
     fn marked(self, level: Level) -> Self {
         Self { level, ..self }
     }
 }
 
-/// Error budget of one engine of a run.
+/// Inputs for the error budget of one engine: the plan, finished runs and temperatures.
 struct Budget<'a> {
     plan: &'a CasePlan,
     runs: &'a [CompletedRun],
@@ -190,7 +195,7 @@ impl Budget<'_> {
         list
     }
 
-    /// Mean over the replicas of a work counter of the engine, by its name.
+    /// Averages a named work counter of the engine over replicas.
     fn work(&self, name: &str) -> f64 {
         let numbers = self.runs.iter().map(|run| run.work.numbers.get(name));
         let sum: f64 = numbers
@@ -267,7 +272,7 @@ impl Budget<'_> {
     }
 
     fn separation(&self, within: bool, path: f64) -> Source {
-        /// Mean distance of two random points of a square and of a cube, over the side.
+        /// Mean distance of two random points in a square and in a cube, over the side.
         const APART: [f64; 2] = [0.5214, 0.6617];
         let separation = self.work("collision_separation");
         if within {
@@ -286,9 +291,9 @@ impl Budget<'_> {
     }
 
     fn majorant(&self) -> Source {
-        /// Share of violations from which the majorant is doubtful.
+        /// Fraction of candidate pairs faster than the majorant above which the severity is amber.
         const SOME: f64 = 0.01;
-        /// Share of violations from which it is no majorant.
+        /// Fraction of candidate pairs faster than the majorant above which the severity is red.
         const MANY: f64 = 0.1;
         let share = self.work("majorant_violations_per_trial");
         let reason = "trials faster than the bound of their cell, accepted as if at it; it is raised then, so the rate lacks their \

@@ -1,5 +1,5 @@
-//! Samples of the whole gas in time, species by species: the record of the measure of the energy and
-//! of those of flows.
+//! Time series of the whole gas, with sums for each species. The measurements of energy and of
+//! flows record it.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -10,40 +10,43 @@ use stosszahl_model::{Grouping, Particle, ParticleReduction};
 use crate::measure::SampleContext;
 use crate::plan::CasePlan;
 
-/// Sample of the whole gas at one time. Energies are sums over all particles; all numbers but the
-/// time are in engine units.
+/// State of the whole gas at one time, as sums over all particles. All numbers but the time are in
+/// engine units.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GasSample {
-    /// Time of the sample, in the unit of time of the case.
+    /// Time at which the gas was sampled, in the case's unit of time.
     pub time: f64,
-    /// Number of physical pair collisions so far: each counts the particles per simulator.
+    /// Number of physical pair collisions since the start: a collision of simulators counts as many
+    /// as the particles each represents.
     pub collisions: f64,
-    /// Potential energy in gravity a: the sum of -m a . r along the axes that end at walls or
-    /// openings.
+    /// Potential energy in gravity: the sum of -m a · r for the acceleration a, along axes that end
+    /// at walls or openings.
     pub potential: f64,
-    /// Sums over the particles of each species.
+    /// Sums over the particles of each species: number, mass, momentum and energies.
     pub species: Vec<SpeciesSums>,
 }
 
-/// Sums over the particles of one species, or over all particles, in engine units.
+/// Number, mass, momentum and energies of all particles of one species, or of the whole gas, in
+/// engine units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesSums {
-    /// Number of particles.
+    /// Number of particles that the sums include.
     pub number: f64,
-    /// Sum of the masses.
+    /// Total mass of the particles in the sums.
     pub mass: f64,
-    /// Sum of the momenta m v.
+    /// Total momentum of the particles, the sum of m v.
     pub momentum: [f64; 3],
-    /// Kinetic energy of translation, the sum of m v^2/2.
+    /// Translational kinetic energy, the sum of m v²/2.
     pub translation: f64,
-    /// Kinetic energy of rotation, the sum of I w^2/2.
+    /// Rotational kinetic energy, the sum of I w²/2 for the moment of inertia I and the spin w.
     pub rotation: f64,
-    /// Sum of (m v^2)^2, for the fourth cumulant.
+    /// Sum of (m v²)² over the particles, for the fourth cumulant of the velocities.
     pub fourth: f64,
 }
 
 impl SpeciesSums {
-    /// Granular temperature m <(v - u)^2>/D with the mean velocity u; 0 without particles.
+    /// Returns the granular temperature `m <(v - u)²>/D` in D dimensions, for the mean velocity u;
+    /// 0 without particles.
     pub fn temperature(&self, freedom: Freedom) -> f64 {
         if self.number <= 0.0 {
             return 0.0;
@@ -52,8 +55,8 @@ impl SpeciesSums {
         (2.0 * self.translation - square / self.mass) / (freedom.dimension as f64 * self.number)
     }
 
-    /// Temperature of rotation: I <w^2> over the number of spin components. It is 0 without
-    /// particles, and `None` for smooth particles.
+    /// Returns the rotational temperature, `I <w²>` over the number of spin components. It is 0
+    /// without particles and `None` for smooth particles.
     pub fn spin_temperature(&self, freedom: Freedom) -> Option<f64> {
         let each = freedom.rotations as f64 * self.number.max(f64::MIN_POSITIVE);
         (freedom.rotations > 0).then(|| 2.0 * self.rotation / each)
@@ -61,8 +64,8 @@ impl SpeciesSums {
 }
 
 impl SpeciesSums {
-    /// Fourth cumulant a2 = D <(m v^2)^2>/((D + 2) <m v^2>^2) - 1 of the velocities; 0 for a
-    /// Maxwellian and for particles at rest.
+    /// Returns the fourth cumulant `a2 = D <(m v²)²>/((D + 2) <m v²>²) - 1` of the velocities; 0
+    /// for a Maxwellian and at rest.
     pub fn fourth_cumulant(&self, dimension: usize) -> f64 {
         let (d, square) = (dimension as f64, 2.0 * self.translation);
         if square > 0.0 {
@@ -85,12 +88,13 @@ impl SpeciesSums {
 }
 
 impl GasSample {
-    /// Samples the whole gas.
+    /// Sums the state of the whole gas at the current time.
     pub fn sample_gas(sampling: &GasSampling, moment: &SampleContext<'_>) -> Self {
         Self::take_with(sampling, moment, None).0
     }
 
-    /// Samples the whole gas, and adds its particles to `fields`, if given, in the same pass.
+    /// Sums the state of the whole gas, and in the same pass its fields on a grid if `fields` is
+    /// given.
     pub fn take_with(
         sampling: &GasSampling,
         moment: &SampleContext<'_>,
@@ -122,12 +126,12 @@ impl GasSample {
         (sample, look.fields)
     }
 
-    /// Sums over the particles of all species.
+    /// Returns the sums over the particles of all species.
     pub fn total(&self) -> SpeciesSums {
         self.total_of(|_| true)
     }
 
-    /// Sums over the particles of the species, by number from 0, that `counts` is true for.
+    /// Returns the sums over those species, numbered from 0, for which `counts` returns true.
     pub fn total_of(&self, counts: impl Fn(usize) -> bool) -> SpeciesSums {
         let mut all = SpeciesSums::default();
         let kept = self.species.iter().enumerate();
@@ -137,24 +141,23 @@ impl GasSample {
         all
     }
 
-    /// Total energy: translation, rotation, and potential energy in gravity.
+    /// Returns the total energy: translational, rotational and potential energy in gravity.
     pub fn energy(&self) -> f64 {
         let all = self.total();
         all.translation + all.rotation + self.potential
     }
 }
 
-/// Parameters of a sample of the whole gas: species and gravity.
+/// Parameters of a sample of the whole gas: the grouping of particles into species, and gravity.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct GasSampling {
     grouping: Grouping,
-    /// Acceleration of gravity along the axes that end at walls or openings, in engine units
-    /// ([`CasePlan::gravity`]).
+    /// Acceleration of gravity along the axes that end at walls or openings, in engine units.
     gravity: Vector3<f64>,
 }
 
 impl GasSampling {
-    /// Creates the parameters from a plan.
+    /// Creates the sampling parameters of the whole gas from the plan of a case.
     pub fn from_plan(plan: &CasePlan) -> Self {
         Self {
             grouping: plan.grouping(),
@@ -163,14 +166,14 @@ impl GasSampling {
     }
 }
 
-/// Number of sums for each species: the numbers of [`SpeciesSums`].
+/// Number of scalar sums in a `SpeciesSums`.
 const SUMS: usize = 8;
 
-/// Reduction over all particles that makes a sample of the gas.
+/// Parallel reduction over all particles that computes a `GasSample`.
 #[derive(Serialize, Deserialize)]
 pub struct GasReduction {
     sampling: GasSampling,
-    /// Sums of each species in turn; the last sum is the potential energy in gravity.
+    /// Running sums of all species, followed by the sum of the potential energy in gravity.
     totals: Totals,
     fields: Option<fields::FieldSample>,
 }
@@ -223,7 +226,7 @@ impl ParticleReduction for GasReduction {
     }
 }
 
-/// Returns the number of components of velocities and of spins in a case.
+/// Returns the number of velocity components and of spin components of particles in a case.
 pub fn freedom(plan: &CasePlan) -> Freedom {
     let rotations = match (plan.gas.particles.rough, plan.gas.dimension) {
         (None, _) => 0,
@@ -236,10 +239,10 @@ pub fn freedom(plan: &CasePlan) -> Freedom {
     }
 }
 
-/// Samples of one replica over the run, from the start on.
+/// Samples of the whole gas in one replica, from the start of the run on.
 pub type GasSeries = Vec<GasSample>;
 
-/// Smallest number of samples of all replicas; 0 without replicas.
+/// Returns the smallest number of samples in any replica; 0 without replicas.
 pub fn shortest(all_series: &[&GasSeries]) -> usize {
     all_series
         .iter()

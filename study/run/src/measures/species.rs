@@ -1,5 +1,5 @@
-//! Each species of a gas in time: temperature and fourth cumulant, and without positions also
-//! displacement, diffusion and velocity correlation.
+//! Measurement of each species against time: temperature and fourth cumulant. Gases without
+//! positions also have displacement, diffusion and velocity correlation.
 
 mod rows;
 mod table;
@@ -16,10 +16,12 @@ use crate::plan::{CasePlan, EnginePlan};
 
 pub(super) use rows::{SpeciesRow, homogeneous_rows};
 
-/// Measure of each species in time. In a box it reads the record of the measure `energy`.
+/// Measurement of each species against time, with the table `species.csv`. In a box it uses the
+/// samples of the measurement `energy`.
 pub struct SpeciesMeasure;
 
-/// Correlation of the velocities with the initial velocities, in the table of the species.
+/// Measurement of the correlation of velocities with initial velocities, shown in the table
+/// `species.csv`.
 pub struct VelocityCorrelation;
 
 impl Measure for SpeciesMeasure {
@@ -126,8 +128,8 @@ impl Measure for VelocityCorrelation {
     }
 }
 
-/// Refuses a measurement of particles that last, but in a gas without positions whose particles do
-/// not stick.
+/// Rejects a measurement that follows single particles, unless the gas has no positions and no
+/// aggregation.
 pub(super) fn lasting_only(plan: &CasePlan) -> Result<(), BadOption> {
     record::homogeneous_only(plan)?;
     let allowed = "not with [aggregation], as clusters do not last";

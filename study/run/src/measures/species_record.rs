@@ -1,5 +1,5 @@
-//! Moments of each species of a gas without positions at the sample times, with their errors: what
-//! the tables of its species are made of.
+//! Moments of each species of a gas without positions at each sample time, with their standard
+//! errors.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -12,46 +12,48 @@ use crate::measure::{self, BadOption, Probe, SampleContext, keeps_record};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, Predicted};
 
-/// Name of the measure of the velocity correlation.
+/// Name of the measurement of the velocity correlation.
 pub(super) const CORRELATION: &str = "velocity_correlation";
 
-/// Returns true if the correlation of the velocities with the initial velocities is measured.
+/// Returns true if the case measures the correlation of velocities with initial velocities, and
+/// particles do not aggregate.
 pub(super) fn has_correlation(plan: &CasePlan) -> bool {
     plan.case.measure.contains_key(CORRELATION) && plan.case.aggregation.is_none()
 }
 
-/// Refuses a measurement that only a gas without positions has.
+/// Rejects a measurement that requires a gas without positions if the case has a box.
 pub(super) fn homogeneous_only(plan: &CasePlan) -> Result<(), BadOption> {
     let allowed = "only in a gas without positions, which is a case without [box]";
     measure::require(!plan.has_box(), "", allowed)
 }
 
-/// Returns true if displacements are measured: the case has `[measure.displacement]`. Particles
-/// that stick have no displacement, as they do not last.
+/// Returns true if the case measures displacements and has no aggregation, in which particles do
+/// not last.
 pub fn has_displacement(plan: &CasePlan) -> bool {
     plan.case.measure.contains_key("displacement") && plan.case.aggregation.is_none()
 }
 
-/// Sample of all species of a gas without positions, at one time.
+/// Moments of all species of a gas without positions at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesSample {
-    /// Time of the sample, in the unit of time of the case.
+    /// Time at which the species were sampled, in the case's unit of time.
     pub time: f64,
-    /// Moments of each species, or of each group of particles of like size.
+    /// Moments of each species, or of each group of particles of similar size.
     pub groups: Vec<SpeciesMoments>,
 }
 
-/// Record of one replica: its species at all sample times.
+/// Moments of all species in one replica at all sample times.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesRecord {
-    /// Samples, in the order of time.
+    /// Samples of the species' moments, in the order of time.
     pub samples: Vec<SpeciesSample>,
-    /// Velocities at the start, kept until the last sample if their correlation is measured; else
-    /// empty.
+    /// Initial velocities of all particles until the last sample, if the velocity correlation is
+    /// measured; otherwise empty.
     start: Vec<[f64; 3]>,
 }
 
-/// Probe that samples the species, and if asked their displacements and velocity correlations.
+/// Accumulator that samples the moments of the species, with displacements and velocity
+/// correlations if the case asks for them.
 pub(super) struct SpeciesProbe {
     grouping: Grouping,
     displacement: bool,
@@ -61,7 +63,7 @@ pub(super) struct SpeciesProbe {
 }
 
 impl SpeciesProbe {
-    /// Creates the probe of a case.
+    /// Creates the accumulator of species' moments for a case.
     pub(super) fn new(plan: &CasePlan) -> Self {
         Self {
             grouping: plan.grouping(),
@@ -102,8 +104,8 @@ impl Probe for SpeciesProbe {
     keeps_record!();
 }
 
-/// Moments of every group, in one pass. Displacements and velocities of the
-/// start are empty where they are not measured.
+/// Computes the moments of every species in one pass over the particles. `displacements` and
+/// `start` (initial velocities) are empty if not measured.
 pub(super) fn moments(
     simulation: &dyn Simulation,
     grouping: Grouping,
@@ -154,8 +156,8 @@ pub(super) fn moments(
     groups
 }
 
-/// Mean over replicas with the larger of two standard errors: from the spread over replicas, and
-/// from `single`, the standard error of one replica by the spread over its particles.
+/// Averages a quantity over replicas, with the larger of two standard errors. One is the spread
+/// over replicas; the other follows from `single`, the error of one replica by its particles.
 pub(super) fn measured<T>(
     runs: &[T],
     value: impl Fn(&T) -> f64,
@@ -172,7 +174,7 @@ pub(super) fn measured<T>(
     }
 }
 
-/// Returns an estimate with the value of theory added, if there is one.
+/// Adds the theoretical value and its error to an estimate, if theory exists.
 pub(super) fn against(found: TableEstimate, theory: Option<Predicted>) -> TableEstimate {
     TableEstimate {
         theory: theory.map(|theory| theory.value),
@@ -181,25 +183,25 @@ pub(super) fn against(found: TableEstimate, theory: Option<Predicted>) -> TableE
     }
 }
 
-/// Relative standard error of a temperature in D dimensions by the spread over `count` particles of
-/// fourth cumulant a2: `sqrt(((D + 2)(1 + a2)/D - 1)/N)`. It is at least the error `sqrt(2/(D N))` of
-/// Maxwellian velocities, as few particles do not show their own spread.
+/// Returns the relative standard error of a temperature in D dimensions from N = `count` particles
+/// with fourth cumulant a2: `sqrt(((D + 2)(1 + a2)/D - 1)/N)`. The Maxwellian error `sqrt(2/(D N))`
+/// is its lower bound, because few particles underestimate their spread.
 pub(super) fn temperature_error(dimension: usize, count: f64, fourth_cumulant: f64) -> f64 {
     let d = dimension as f64;
     let spread = (d + 2.0) * (1.0 + fourth_cumulant) / d - 1.0;
     (spread.max(2.0 / d) / count.max(1.0)).sqrt()
 }
 
-/// Standard error of a mean squared displacement by the spread over particles, at least that of
-/// normally distributed displacements.
+/// Returns the standard error of a species' mean squared displacement from the spread over
+/// particles, at least that of a normal distribution.
 pub(super) fn displacement_error(plan: &CasePlan, moments: &SpeciesMoments) -> f64 {
     let (d, mean) = (plan.gas.dimension as f64, moments.displacement);
     let spread = moments.displacement_fourth - mean * mean;
     (spread.max(2.0 / d * mean * mean) / moments.count.max(1) as f64).sqrt()
 }
 
-/// Mean squared displacement of all particles but tracers in one replica, with its error by the
-/// spread over particles.
+/// Returns the mean squared displacement of all particles but tracers in one replica, and its
+/// standard error from the spread over particles.
 fn whole_displacement(plan: &CasePlan, sample: &SpeciesSample) -> [f64; 2] {
     let kept = |number: usize| plan.gas.species.get(number).is_none_or(|one| !one.tracer);
     let (mut count, mut sum, mut square) = (0.0, 0.0, 0.0);
@@ -214,8 +216,8 @@ fn whole_displacement(plan: &CasePlan, sample: &SpeciesSample) -> [f64; 2] {
     [sum, square.sqrt()].map(|sum| sum / f64::max(count, 1.0))
 }
 
-/// Mean squared displacement of all particles but tracers at each sample time, with theory; empty
-/// if displacements are not measured.
+/// Averages the mean squared displacement of all particles but tracers at each sample time, with
+/// theory; empty if displacements are not measured.
 pub(super) fn whole_displacements(
     plan: &CasePlan,
     records: &[&SpeciesRecord],
@@ -240,17 +242,18 @@ pub(super) fn whole_displacements(
         .collect()
 }
 
-/// Samples of each replica at one time and at the start.
+/// Pairs of species' moments for each replica: at one time and at the first sample.
 pub(super) type ReplicaPairs<'a> = Vec<(&'a SpeciesSample, &'a SpeciesSample)>;
 
-/// Samples of all replicas at one time, each with the sample of its start.
+/// Returns the species' moments of all replicas at one sample, each paired with the first sample of
+/// its replica.
 pub(super) fn pairs<'a>(records: &[&'a SpeciesRecord], index: usize) -> ReplicaPairs<'a> {
     let of =
         |record: &&'a SpeciesRecord| Some((record.samples.get(index)?, record.samples.first()?));
     records.iter().filter_map(of).collect()
 }
 
-/// Creates a figure of a single curve against the logarithm of time.
+/// Creates a figure of one curve against logarithmic time.
 pub(super) fn against_time(title: &'static str, y: FigureAxis, caption: &'static str) -> Figure {
     Figure::curves(title, FigureAxis::logarithmic("time", "t"), y)
         .by(&[])

@@ -1,4 +1,5 @@
-//! Blocks of time of a flow, over which its measures average, and the time from which it is steady.
+//! Division of a flow's run into equal time blocks for averages, and the time from which the flow
+//! is steady.
 
 use std::ops::Range;
 
@@ -8,11 +9,11 @@ use super::gas_series::{GasSample, GasSeries, freedom, shortest};
 use crate::measure::{self, BadOption, ReplicaRecords};
 use crate::plan::CasePlan;
 
-/// Number of samples of a run, if the case does not set it.
+/// Default number of samples of a flow's run.
 const SAMPLES: u64 = 400;
 
-/// Number of equal time blocks of a measure: `own` from its own options, or that of the measure
-/// `fields`, so that all measures of flows have the same time windows.
+/// Returns the number of equal time blocks of a measurement of flows: `own` if it sets one, else
+/// that of the measurement `fields`.
 pub fn blocks(plan: &CasePlan, own: Option<u64>) -> usize {
     let fields = plan.case.measure.get("fields");
     let shared = fields.and_then(|table| table.get("blocks")?.as_integer());
@@ -20,12 +21,12 @@ pub fn blocks(plan: &CasePlan, own: Option<u64>) -> usize {
     written.unwrap_or_else(|| plan.default_blocks()) as usize
 }
 
-/// Number of samples of the run after the start.
+/// Returns the number of samples of the run, without the start.
 pub fn samples(plan: &CasePlan) -> u64 {
     plan.equal_samples().unwrap_or(SAMPLES)
 }
 
-/// Checks that a case has a box, and that a number of time blocks divides the number of samples.
+/// Checks that a case has a box, and that the number of time blocks divides the number of samples.
 ///
 /// # Errors
 /// [`BadOption`] without a box, or if samples do not fall into equal blocks.
@@ -39,26 +40,26 @@ pub fn check_blocks(plan: &CasePlan, blocks: usize) -> Result<(), BadOption> {
     measure::require(good, "blocks", allowed)
 }
 
-/// Time of a sample by its number, in the unit of time of the case; the last is exactly the end of
-/// the run.
+/// Returns the time of a numbered sample, in the case's unit of time. The last is exactly the end
+/// of the run.
 fn sample_time(plan: &CasePlan, sample: u64) -> f64 {
     plan.case.run.until * (sample as f64 / samples(plan) as f64)
 }
 
-/// Times of all samples, the start included, in the unit of time of the case.
+/// Returns the times of all samples of a flow, start included, in the case's unit of time.
 pub fn times(plan: &CasePlan) -> Vec<f64> {
     (0..=samples(plan))
         .map(|sample| sample_time(plan, sample))
         .collect()
 }
 
-/// Number of samples in each time block.
+/// Returns the number of samples in each time block.
 pub fn per_block(plan: &CasePlan, blocks: usize) -> usize {
     (samples(plan) as usize / blocks.max(1)).max(1)
 }
 
-/// Time from which on all quantities of the gas of one engine are steady, in the unit of time of
-/// the case; `None` if they never are.
+/// Returns the time from which number of particles, temperature and energies of one engine are
+/// steady, in the case's unit of time; `None` if never.
 fn steady_from(plan: &CasePlan, runs: &[&GasSeries]) -> Option<f64> {
     let samples = shortest(runs);
     // The start itself is no average over an interval.
@@ -90,8 +91,8 @@ fn steady_from(plan: &CasePlan, runs: &[&GasSeries]) -> Option<f64> {
     Some(runs.first()?.get(begin)?.time)
 }
 
-/// Returns the beginning of the steady state of each engine; `series` picks the samples of a
-/// record.
+/// Returns the time from which the flow is steady, for each engine. `series` returns the samples of
+/// the gas from a record.
 pub fn steady<R: 'static>(
     plan: &CasePlan,
     runs: &ReplicaRecords<'_>,
@@ -104,20 +105,20 @@ pub fn steady<R: 'static>(
     runs.each(plan).map(|(_, records)| one(records)).collect()
 }
 
-/// Consecutive time blocks that are averaged over.
+/// Range of consecutive time blocks of a run, over which flow quantities are averaged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimeBlocks {
-    /// Indices of the blocks.
+    /// Indices of the time blocks, from 0.
     pub blocks: Range<usize>,
-    /// Start of the first and end of the last block, in the unit of time of the case.
+    /// Start of the first and end of the last time block, in the case's unit of time.
     pub times: [f64; 2],
-    /// True if all engines are steady in these blocks.
+    /// True if the flow is steady in these time blocks for all engines.
     pub steady: bool,
 }
 
 impl TimeBlocks {
-    /// Creates the range between two times, in the unit of time of the case, moved to the nearest
-    /// ends of blocks.
+    /// Creates the range of time blocks between two times, rounded to the nearest block ends. Times
+    /// are in the case's unit.
     pub fn between_times(
         plan: &CasePlan,
         blocks: usize,
@@ -134,8 +135,8 @@ impl TimeBlocks {
         }
     }
 
-    /// Creates the range in which all engines are steady; if one never is, the last quarter of the
-    /// run.
+    /// Creates the range of time blocks in which all engines are steady; the last quarter of the
+    /// run if one never is.
     pub fn last(plan: &CasePlan, blocks: usize, steady: &[Option<f64>]) -> Self {
         let until = plan.case.run.until;
         let length = block_length(plan, blocks);
@@ -152,7 +153,7 @@ impl TimeBlocks {
     }
 }
 
-/// Length of a block, in the unit of time of the case.
+/// Returns the duration of a time block, in the case's unit of time.
 pub fn block_length(plan: &CasePlan, blocks: usize) -> f64 {
     plan.case.run.until / blocks as f64
 }

@@ -1,10 +1,11 @@
-//! Cost of a case: memory of the whole process, and time. Times are rough guides. Memory is the
-//! measured peak of the process within a factor of 1.3 in the cases of `tests/program/memory.rs`.
+//! Estimated memory and computing time of a case. Times are rough guides. Memory is the measured
+//! peak of the process within a factor of 1.3 in the cases of `tests/program/memory.rs`.
 //!
-//! The peak of an engine comes when probes sample all particles, when one of them processes its
-//! sample, or when a checkpoint is written. Then there are the gas, the records of its probes, and
-//! both again as bytes, which go straight into the file. Records stay until the tables are made.
-//! Large figures can take more than all of that when the report is made, after the run.
+//! The memory of an engine peaks when a measurement samples all particles or processes its sample,
+//! or when a checkpoint is written. The process then holds the gas, the records of its
+//! measurements, and both again as bytes on their way to the file. Records stay until the result
+//! tables are made. Large figures can take more memory than this after the run, when the report is
+//! made.
 
 use std::thread;
 
@@ -14,97 +15,99 @@ pub use stosszahl_model::memory::available as available_memory;
 
 use super::data::{CasePlan, EngineKind, EnginePlan, SizeGroup};
 
-/// Collisions per second that the estimate of the time assumes.
+/// Speed of event-driven dynamics that the time estimate assumes \[pair collisions/s\].
 const COLLISIONS_PER_SECOND: f64 = 4e5;
-/// Simulator steps per second that the estimate of the time assumes.
+/// Speed of Monte Carlo free flight that the time estimate assumes \[simulators moved by one time
+/// step/s\].
 const SIMULATOR_STEPS_PER_SECOND: f64 = 1.5e7;
-/// Cell crossings of exact disks per second that the estimate of the time assumes.
+/// Speed of cell crossings in event-driven dynamics that the time estimate assumes \[crossings/s\].
 const CROSSINGS_PER_SECOND: f64 = 5e6;
-/// Crossings per collision that are included in its cost.
+/// Cell crossings per collision that `COLLISIONS_PER_SECOND` already includes.
 const USUAL_CROSSINGS: f64 = 5.0;
-/// Collisions per second, with partners from other cells, that the estimate of the time assumes.
+/// Speed of Monte Carlo collisions with partners from other cells that the time estimate assumes
+/// \[collisions/s\].
 const COLLISIONS_ACROSS_PER_SECOND: f64 = 1e6;
-/// Candidate pairs per second, with partners from other cells, that the estimate of the time
-/// assumes.
+/// Speed of Monte Carlo candidate pairs that the time estimate assumes \[pairs/s\].
 const TRIALS_PER_SECOND: f64 = 5e6;
-/// Candidate pairs per collision of equal particles: within cells, and with partners across cells,
-/// where the bound of speeds is that of wider blocks.
+/// Candidate pairs per collision of equal particles: for partners in one cell, and for partners
+/// across cells, whose speed bound is wider.
 const TRIALS: [f64; 2] = [2.0, 4.0];
-/// Memory of the program itself \[bytes\].
+/// Memory of the program without any gas \[bytes\].
 const PROGRAM: f64 = 16e6;
-/// Memory of the tables of the tests of the start \[bytes\].
+/// Memory of the tables for tests of the initial state \[bytes\].
 const TABLES: f64 = 4e6;
-/// Memory of one particle as measurements see it \[bytes\].
+/// Memory of one particle in the list that measurements read \[bytes\].
 const PARTICLE: f64 = size_of::<stosszahl_model::Particle>() as f64;
-/// Memory of the selection of pairs while bounds are fitted, for each particle without positions
+/// Memory per particle without positions while speed bounds are fitted for pair selection
 /// \[bytes\].
 const FITTING: f64 = 60.0;
 
-/// Memory per disk of a gas of exact disks that n strips share: n + 1 times this number \[bytes\].
+/// Memory unit per disk when n strips share an event-driven gas: n + 1 units \[bytes\].
 const STRIP: f64 = 64.0;
 
-/// Memory of a Monte Carlo cell \[bytes\].
+/// Memory of one Monte Carlo cell \[bytes\].
 const CELL: f64 = 8.0;
-/// Memory of a cell next to walls or in gravity, where collisions are counted by cell \[bytes\].
+/// Memory of one Monte Carlo cell with its own collision counter, next to walls or in gravity
+/// \[bytes\].
 const COUNTED_CELL: f64 = 24.0;
-/// Time of a cell in a time step, over the time of a simulator.
+/// Computing time of one Monte Carlo cell in a time step, over that of one simulator.
 const CELL_STEPS: f64 = 0.3;
 
-/// Largest number of particle classes whose pairs are all summed; of more, some are sampled.
+/// Largest number of size classes whose pairs are all summed for the cost estimate; of more
+/// classes, a sample is used.
 const MOST_KINDS: usize = 200;
-/// Default number of particles of each species whose trajectories are kept.
+/// Default number of particles of each species whose whole trajectories are stored.
 const PATHS: i64 = 1000;
 
 /// Estimated memory and computing time of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cost {
-    /// Peak memory of the whole process \[bytes\]: all engines and replicas that run at once.
+    /// Peak memory of the process, with all engines and replicas that run at once \[bytes\].
     pub bytes: f64,
     /// Memory of the largest gas of which several processes hold a part each \[bytes\]; 0 if one
     /// process must hold all of it.
     pub divisible: f64,
-    /// Computing time of the parts of a replica: guessed by the plan, unless it was measured
-    /// ([`crate::pace`]).
+    /// Computing times of the start and the engines of a replica, estimated by the plan or measured
+    /// in a short test.
     pub pace: RuntimeEstimate,
-    /// Number of replicas.
+    /// Number of replicas of the case.
     pub replicas: u64,
-    /// Cost of each engine of one replica.
+    /// Estimated cost of each engine, for one replica.
     pub engines: Vec<EngineCost>,
 }
 
-/// Estimated cost of one engine of one replica.
+/// Estimated memory and number of collisions of one engine in one replica.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EngineCost {
-    /// Name of the engine.
+    /// Name of the engine whose cost is estimated.
     pub name: &'static str,
-    /// Memory of the engine \[bytes\].
+    /// Memory of one replica of the engine \[bytes\].
     pub bytes: f64,
-    /// Number of collisions; of simulators where simulators collide.
+    /// Number of pair collisions in one replica, counted for simulators in Monte Carlo engines.
     pub collisions: f64,
-    /// Candidate pairs per collision; `None` in exact dynamics.
+    /// Candidate pairs per collision; `None` for event-driven dynamics.
     pub trials_per_collision: Option<f64>,
 }
 
-/// Memory that a measure keeps of one engine \[bytes\]: of the first replica, and of each other
-/// one.
+/// Memory that a measurement stores for one engine \[bytes\]: in the first replica, and in each
+/// further one.
 pub type MeasureMemory = [f64; 2];
 
 /// Computing times of the start and the engines of a replica on one core \[s\].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RuntimeEstimate {
-    /// Time of the start that engines share \[s\].
+    /// Time to prepare the initial state that all engines of a replica share \[s\].
     pub start: f64,
-    /// Time of each engine \[s\]: of the first replica, which some measures sample alone, and of
-    /// each other one.
+    /// Computing time of each engine \[s\]: in the first replica, which some measurements sample
+    /// alone, and in each further one.
     pub engines: Vec<[f64; 2]>,
-    /// Time of the theory that tables are compared with, after all replicas are done \[s\].
+    /// Time to solve the theory that result tables show, after all replicas \[s\].
     pub ending: f64,
 }
 
 impl RuntimeEstimate {
-    /// Time of the whole run of `replicas` replicas on `threads` threads \[s\]: all the work shared
-    /// among the threads, or one replica after the other where there are more threads than that
-    /// needs.
+    /// Returns the time of a whole run of `replicas` replicas on `threads` threads \[s\]. It is the
+    /// total work over the threads, or the longest single task if that is longer.
     pub fn seconds(&self, replicas: u64, threads: usize) -> f64 {
         let sum = |which: usize| self.engines.iter().map(|one| one[which]).sum::<f64>();
         let longest = self.engines.iter().map(|one| one[0]).fold(0.0, f64::max);
@@ -113,7 +116,7 @@ impl RuntimeEstimate {
         (all / threads.max(1) as f64).max(self.start + longest) + self.ending
     }
 
-    /// Multiplies each time by a factor.
+    /// Multiplies the time of the start and of each engine by the factors of another estimate.
     pub(crate) fn scaled(&self, factors: &Self) -> Self {
         let both = self.engines.iter().zip(&factors.engines);
         Self {
@@ -123,7 +126,8 @@ impl RuntimeEstimate {
         }
     }
 
-    /// Returns the ratio of each time to the same time of `other`; the ending is unchanged.
+    /// Returns the ratios of all times to those of `other`, as factors; the time of the theory is
+    /// kept.
     pub(crate) fn ratio_to(&self, other: &Self) -> Self {
         let ratio = |a: f64, b: f64| if a > 0.0 && b > 0.0 { a / b } else { 1.0 };
         let both = self.engines.iter().zip(&other.engines);
@@ -140,34 +144,34 @@ impl RuntimeEstimate {
 /// Memory that measurements need while they sample a gas.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Looks {
-    /// True if all particles are gathered for a measurement.
+    /// True if a measurement needs the list of all particles.
     pub gathers: bool,
-    /// Largest memory of one measurement in addition to the particles \[bytes\].
+    /// Largest working memory of one measurement, without the particle list \[bytes\].
     pub working: f64,
-    /// Memory per particle that a measure takes only after all measures have sampled \[bytes\].
+    /// Memory per particle that one measurement takes only after all others have sampled \[bytes\].
     pub last: f64,
-    /// Memory of the list of all samples in each part that runs \[bytes\].
+    /// Memory of the sample schedule in each engine run \[bytes\].
     pub schedule: f64,
-    /// Memory of all tables, with their figures \[bytes\].
+    /// Memory of all result tables with their figures \[bytes\].
     pub tables: f64,
 }
 
 impl Cost {
-    /// Peak memory of each of several processes that hold gases together \[bytes\].
+    /// Returns the peak memory of each of `processes` processes that hold gases together \[bytes\].
     pub fn bytes_each(&self, processes: usize) -> f64 {
         self.bytes - self.divisible * (1.0 - 1.0 / processes.max(1) as f64)
     }
 
-    /// Estimated time of the whole case on this many threads \[s\].
+    /// Returns the estimated time of the whole case on `threads` threads \[s\].
     pub fn seconds(&self, threads: usize) -> f64 {
         self.pace.seconds(self.replicas, threads)
     }
 }
 
 impl CasePlan {
-    /// Returns the computing time and peak memory of the case on this many threads. `kept` is the
-    /// memory that measures keep of each engine of the case, and `figures` the memory of the
-    /// figures of the report \[bytes\].
+    /// Estimates computing time and peak memory of the case on `threads` threads. `kept` is the
+    /// memory that measurements store for each engine, `figures` that of the report's figures
+    /// \[bytes\].
     pub fn cost(
         &self,
         threads: usize,
@@ -233,7 +237,7 @@ impl CasePlan {
         }
     }
 
-    /// Returns the times of the parts of a replica, by nominal speeds.
+    /// Estimates the computing times of the start and the engines of a replica from assumed speeds.
     pub fn pace(&self) -> RuntimeEstimate {
         let engines = self.engines.iter().map(|engine| [self.seconds(engine); 2]);
         RuntimeEstimate {
@@ -243,7 +247,8 @@ impl CasePlan {
         }
     }
 
-    /// Memory of the strips of one gas of exact disks, per disk \[bytes\].
+    /// Returns the memory per disk for the parallel strips of an event-driven gas \[bytes\]; 0
+    /// without strips.
     fn strips(&self, threads: usize) -> f64 {
         let parts = self.engines.len() * self.case.replicas as usize;
         let strips = stosszahl_ed::strips_for(threads / parts.max(1), self.count());
@@ -254,7 +259,8 @@ impl CasePlan {
         }
     }
 
-    /// Memory of one engine of one replica with `kept` kept bytes, on this many threads \[bytes\].
+    /// Estimates the peak memory of one engine in one replica on `threads` threads \[bytes\].
+    /// `kept` is the memory that its measurements store.
     fn engine_bytes(
         &self,
         engine: &EnginePlan,
@@ -312,7 +318,8 @@ impl CasePlan {
             .max(sampling.working + tables - last)
     }
 
-    /// Memory of whole trajectories, and of displacements, without positions \[bytes\].
+    /// Returns the memory of stored trajectories and displacements of a gas without positions
+    /// \[bytes\].
     fn paths(&self, engine: &EnginePlan) -> f64 {
         let EngineKind::Homogeneous(_) = engine.kind else {
             return 0.0;
@@ -346,7 +353,7 @@ impl CasePlan {
         places + chosen * corners * corner
     }
 
-    /// Cell borders that exact disks cross per collision of a uniform gas.
+    /// Returns the cell crossings per pair collision of event-driven disks in a uniform gas.
     pub(crate) fn crossings_per_collision(&self) -> f64 {
         let [width, height, _] = self.gas.lengths;
         let diameters = self.gas.species.iter().map(|one| 2.0 * one.radius);
@@ -359,13 +366,13 @@ impl CasePlan {
         )
     }
 
-    /// Time of exact dynamics for `pairs` pair collisions on one core \[s\].
+    /// Returns the time of event-driven dynamics for `pairs` pair collisions on one core \[s\].
     fn exact_seconds(&self, pairs: f64) -> f64 {
         let crossings = (self.crossings_per_collision() - USUAL_CROSSINGS).max(0.0);
         pairs * (1.0 / COLLISIONS_PER_SECOND + crossings / CROSSINGS_PER_SECOND)
     }
 
-    /// Time of the start of one replica on one core \[s\].
+    /// Returns the time to equilibrate the initial state of one replica on one core \[s\].
     fn start_seconds(&self) -> f64 {
         if self.equilibration() == 0.0 {
             return 0.0;
@@ -373,15 +380,15 @@ impl CasePlan {
         self.exact_seconds(0.5 * self.count() as f64 * self.equilibration())
     }
 
-    /// Estimated number of collisions of one engine of one replica.
+    /// Estimates the number of pair collisions of one engine in one replica.
     pub fn collisions(&self, engine: &EnginePlan) -> f64 {
         let copies = engine.copies() as f64;
         0.5 * copies * self.count() as f64 * self.expected_collisions(self.case.run.until)
     }
 
-    /// Candidate pairs per collision, about: all are proposed as if they were of the largest
-    /// diameter and had the speed of the lightest, so it is the bound over the mean of `sigma^(D-1)
-    /// v`.
+    /// Estimates the candidate pairs per collision; `None` for event-driven dynamics. Candidates
+    /// are drawn for the largest diameter and the largest thermal speed, so it is that bound over
+    /// the mean of `sigma^(D-1) v`.
     pub fn trials_per_collision(&self, engine: &EnginePlan) -> Option<f64> {
         let trials = match &engine.kind {
             EngineKind::EventDriven { .. } => return None,
@@ -422,7 +429,7 @@ impl CasePlan {
         Some((trials * bound * weight / sum).max(trials))
     }
 
-    /// Time of one engine of one replica on one core \[s\].
+    /// Estimates the computing time of one engine in one replica on one core \[s\].
     pub fn seconds(&self, engine: &EnginePlan) -> f64 {
         let particles = self.count() as f64;
         let pairs = 0.5 * particles * self.expected_collisions(self.case.run.until);
@@ -453,13 +460,13 @@ impl CasePlan {
         }
     }
 
-    /// Number of cells of a Monte Carlo engine.
+    /// Returns the number of cells of a Monte Carlo engine.
     fn cells(&self, parameters: &stosszahl_dsmc::Parameters) -> f64 {
         let cell: f64 = self.cell(parameters)[..self.gas.dimension].iter().product();
         self.box_volume() / cell
     }
 
-    /// Number of time steps of a Monte Carlo engine up to the end of the run, about.
+    /// Estimates the number of time steps of a Monte Carlo engine until the end of the run.
     pub fn expected_steps(&self, parameters: &stosszahl_dsmc::Parameters) -> f64 {
         // The fastest of many simulators has about 4.5 thermal speeds, a mean one 1.25.
         let mut step = self.scheme_path(parameters) / 1.25;
@@ -475,17 +482,18 @@ impl CasePlan {
     }
 }
 
-/// Returns evenly spaced elements of a list, as sums over all pairs take them.
+/// Returns at most 200 evenly spaced elements of a list, for sums over all pairs of size classes.
 fn sampled<T>(all: &[T]) -> impl Iterator<Item = &T> {
     all.iter().step_by(all.len().div_ceil(MOST_KINDS).max(1))
 }
 
-/// Number of threads of the present pool for each of several parts that run side by side.
+/// Returns the number of threads of the current pool for each of `parts` parallel tasks, at least
+/// 1.
 pub fn threads_each(parts: usize) -> usize {
     (rayon::current_num_threads() / parts.max(1)).max(1)
 }
 
-/// Number of threads that the system offers.
+/// Returns the number of threads that the operating system offers.
 pub fn available_threads() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }

@@ -1,5 +1,5 @@
-//! Verdicts on flows and on rough gases: engines against each other, conserved energy, the theory of
-//! two temperatures, and the column that settles in gravity.
+//! Verdicts on flows and on rough gases: agreement of engines, energy conservation, two-temperature
+//! theory, and the settled column in gravity.
 
 use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
 use stosszahl_theory::{BarometricColumn, TheoryError, rough::Temperatures};
@@ -16,16 +16,16 @@ use crate::measure::ReplicaRecords;
 use crate::plan::{CasePlan, EnginePlan};
 use crate::theory::flow;
 
-/// Largest relative change of a conserved energy by rounding.
+/// Largest relative change of a conserved energy that counts as rounding.
 const KEPT: f64 = 1e-10;
 
-/// Largest number of verdicts that test a comparison: of each engine the energy or the theory of two
-/// temperatures or the column, and two temperatures of each with the first.
+/// Returns the largest number of statistical tests: two for each engine against theory, and two for
+/// each further engine against the first.
 pub(super) fn test_count(plan: &CasePlan) -> usize {
     4 * plan.engines.len() - 2
 }
 
-/// Verdicts on all engines, and on each engine with the first.
+/// Creates the verdicts on each engine, and on each further engine against the first.
 pub(super) fn verdicts(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<VerdictText> {
     let steady = time_blocks::steady::<GasSeries>(plan, runs, |series| series);
     let window = TimeBlocks::last(plan, time_blocks::blocks(plan, None), &steady);
@@ -49,7 +49,7 @@ pub(super) fn verdicts(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Verdic
     list
 }
 
-/// Mean over the replicas at one sample of a quantity that may be absent.
+/// Averages an optional quantity of the gas over replicas at one sample time.
 fn mean(
     all_series: &[&GasSeries],
     index: usize,
@@ -58,7 +58,8 @@ fn mean(
     mean_over_replicas(all_series.iter().map(|series| of(&series[index])))
 }
 
-/// Theory of a homogeneous rough gas at the times of the samples, solved once; none of other gases.
+/// Returns the two-temperature theory of a homogeneous rough gas at the sample times; `None` for
+/// other gases. The solution is computed once and kept in the plan.
 pub(crate) fn two_temperature_theory<'a>(
     plan: &'a CasePlan,
     engine: &EnginePlan,
@@ -74,7 +75,7 @@ pub(crate) fn two_temperature_theory<'a>(
     solved.get_or_init(solve).as_ref().map(Option::as_deref)
 }
 
-/// Temperatures of two engines at a dozen times.
+/// Compares translational and rotational temperatures of two engines at twelve sample times.
 fn engines_agree(
     plan: &CasePlan,
     both: [&(&EnginePlan, Vec<&GasSeries>); 2],
@@ -117,7 +118,7 @@ fn engines_agree(
     [translation, rotation].into_iter().flatten().collect()
 }
 
-/// Samples of one engine, and the rule for its verdicts.
+/// Samples of one engine in all replicas, with the rule for verdicts on its flow.
 struct One<'a> {
     plan: &'a CasePlan,
     engine: &'a EnginePlan,
@@ -131,8 +132,8 @@ impl One<'_> {
         format!("{what}, {}", title(self.engine.name))
     }
 
-    /// Returns the verdict on the energy of an elastic gas in a closed box, which is conserved;
-    /// `None` for other gases.
+    /// Returns the verdict on energy conservation of an elastic gas in a closed box; `None` for
+    /// other gases.
     fn energy(&self) -> Option<VerdictText> {
         if !flow::keeps_energy(self.plan) {
             return None;
@@ -163,7 +164,8 @@ impl One<'_> {
         Some(judge::is_kept(self.topic("energy"), subject, worst, KEPT))
     }
 
-    /// Returns verdicts on the temperatures of a homogeneous gas of rough particles against theory.
+    /// Returns verdicts on the temperatures of a homogeneously cooling rough gas against the
+    /// two-temperature theory.
     fn cooling(&self) -> Vec<VerdictText> {
         let topic = self.topic("two-temperature theory");
         let theory = match two_temperature_theory(self.plan, self.engine) {
@@ -208,7 +210,8 @@ impl One<'_> {
         [translation, rotation].into_iter().flatten().collect()
     }
 
-    /// Returns verdicts on a settled column in gravity.
+    /// Returns verdicts on the gas that has settled in gravity: its temperature against theory, and
+    /// the overshoot of its centre of mass.
     fn column(&self) -> Vec<VerdictText> {
         let topic = self.topic("settled column");
         match flow::column(self.plan, self.engine) {
@@ -220,7 +223,7 @@ impl One<'_> {
         }
     }
 
-    /// Mean of a number over the samples in the time window, and over the replicas.
+    /// Averages a quantity of the gas over the steady time window and over replicas.
     fn inside(&self, of: impl Fn(&GasSample) -> f64) -> TableEstimate {
         let [start, end] = self.window.times;
         let within = |sample: &&GasSample| sample.time > start && sample.time <= end;
@@ -250,8 +253,8 @@ impl One<'_> {
         Some(verdict)
     }
 
-    /// Tests whether the centre of mass falls lower than its final height: the potential energy
-    /// then has a minimum before the end.
+    /// Returns the verdict on the overshoot: how far the centre of mass falls below its final
+    /// height.
     fn overshoot(&self) -> Option<VerdictText> {
         let mean = |index: usize| mean(self.runs, index, |sample| Some(sample.potential));
         let samples = shortest(self.runs);

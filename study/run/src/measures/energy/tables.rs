@@ -1,4 +1,5 @@
-//! Tables of the whole gas in time, and the estimates of their rows.
+//! Tables `energy.csv` and `replicas.csv` of the whole gas against time, and the averages in their
+//! rows.
 
 use nalgebra::Vector3;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
@@ -11,18 +12,18 @@ use crate::measure::ReplicaRecords;
 use crate::plan::{CasePlan, EnginePlan};
 use crate::theory::homogeneous;
 
-/// Estimates of the whole gas of one engine at one sample time, over all replicas. Energies and
-/// temperatures are in the unit of the case.
+/// Averages of the whole gas of one engine over replicas, at one sample time. Energies and
+/// temperatures are in the case's unit of energy.
 pub(crate) struct GasRow {
-    /// Time of the sample, in the unit of time of the case.
+    /// Sample time of the row, in the case's unit of time.
     pub time: f64,
-    /// Number of particles.
+    /// Number of particles of the gas, averaged over replicas.
     pub particles: TableEstimate,
-    /// Collisions of a particle since the start; two for each pair collision.
+    /// Collisions per particle since the start; each pair collision counts for both partners.
     pub collisions: TableEstimate,
-    /// Kinetic energy of translation over that of the start.
+    /// Translational kinetic energy over that at the start, K/K(0).
     pub energy_ratio: TableEstimate,
-    /// Energies of translation, of rotation, and in gravity.
+    /// Translational, rotational and gravitational energy of the gas.
     parts: [TableEstimate; 3],
     energy: TableEstimate,
     temperature: TableEstimate,
@@ -31,8 +32,8 @@ pub(crate) struct GasRow {
     replicas: usize,
 }
 
-/// Collisions of a particle since the start, on average: over the particles of the start where
-/// they aggregate, over those present elsewhere. NaN with tracers, whose collisions count apart.
+/// Returns the mean number of collisions per particle since the start. The count is per initial
+/// particle with aggregation, else per present one; it is NaN with tracers.
 fn collisions_per_particle(plan: &CasePlan, series: &GasSeries, sample: usize) -> f64 {
     if plan.gas.species.iter().any(|one| one.tracer) {
         return f64::NAN;
@@ -45,8 +46,8 @@ fn collisions_per_particle(plan: &CasePlan, series: &GasSeries, sample: usize) -
     2.0 * series[sample].collisions / series[counted].total().number.max(f64::MIN_POSITIVE)
 }
 
-/// Standard error of the energy ratio of one replica by the spread over independent particles;
-/// `None` where particles are not independent, or their number changes.
+/// Returns the standard error of K/K(0) in one replica from the spread over independent particles.
+/// `None` if particles are correlated or their number changes.
 fn single_error(plan: &CasePlan, series: &GasSeries, sample: usize) -> Option<f64> {
     if plan.has_box() || plan.case.aggregation.is_some() {
         return None;
@@ -63,7 +64,8 @@ fn single_error(plan: &CasePlan, series: &GasSeries, sample: usize) -> Option<f6
     (sum > 0.0).then(|| square.sqrt() / sum * energy_ratio(plan, series, sample))
 }
 
-/// Computes the rows of one engine, one for each sample time that all replicas have.
+/// Computes the table rows of the whole gas for one engine, one for each sample time that all
+/// replicas have.
 pub(crate) fn rows(plan: &CasePlan, engine: &EnginePlan, all_series: &[&GasSeries]) -> Vec<GasRow> {
     if all_series.is_empty() {
         return Vec::new();
@@ -131,24 +133,24 @@ pub(crate) fn rows(plan: &CasePlan, engine: &EnginePlan, all_series: &[&GasSerie
     (0..samples).map(row).collect()
 }
 
-/// Meaning of the column of the collisions.
+/// Description of the table column of collisions per particle.
 const COLLISIONS: &str = "Collisions of a particle since the start, two for each pair collision: of a particle of \
     the start where particles aggregate; empty with tracers";
 
-/// Meaning of the column of the energy over that of the start.
+/// Description of the table column of the energy ratio K/K(0).
 const RATIO: &str = "Kinetic energy of translation over that of the start, K/K(0), without tracers; theory is \
     Haff's law with its Sonine factor, (1 + (1 + 3 a2/16) t/t0)^-2, at the collision rate that \
     the scheme sets, or kinetic equations of the species";
 
-/// Meaning of the column of the energy in gravity.
+/// Description of the table column of the potential energy in gravity.
 const HEIGHT: &str =
     "Energy of height along axes that end at walls or openings; zero at the origin";
 
-/// Meaning of the column of the temperature.
+/// Description of the table column of the granular temperature.
 const TEMPERATURE: &str =
     "Granular temperature, m <(v - u)^2>/D with the mean velocity u of all particles";
 
-/// Columns of the table of the whole gas: those of quantities that the gas has.
+/// Returns the columns of the table `energy.csv`, limited to quantities that the gas has.
 fn columns(plan: &CasePlan) -> Vec<RowColumn<GasRow>> {
     let (apart, spins) = (has_energies_apart(plan), plan.is_rough());
     let counted = has_changing_number(plan);
@@ -241,17 +243,18 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<GasRow>> {
     columns
 }
 
-/// Returns true if gravity gives particles an energy of height.
+/// Returns true if gravity acts, so that particles have a potential energy.
 fn has_height(plan: &CasePlan) -> bool {
     plan.gravity() != Vector3::zeros()
 }
 
-/// Returns true if the fourth cumulant of all velocities is that of the thermal motion.
+/// Returns true if the gas is uniform and does not aggregate, so that the fourth cumulant of all
+/// velocities describes the thermal motion.
 fn has_cumulant(plan: &CasePlan) -> bool {
     plan.is_uniform() && plan.case.aggregation.is_none()
 }
 
-/// Creates the table of the whole gas, one row for each engine and sample time.
+/// Creates the table `energy.csv` of the whole gas, one row for each engine and sample time.
 pub(super) fn energy(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
     let columns = columns(plan);
     let table = table! {
@@ -277,7 +280,7 @@ pub(super) fn energy(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
     table
 }
 
-/// Figures of a flow or of a rough gas, against time.
+/// Returns the figures of energies and temperatures against linear time, for flows and rough gases.
 fn linear_figures(plan: &CasePlan) -> Vec<Figure> {
     let (falls, spins) = (has_height(plan), plan.is_rough());
     let all = [
@@ -295,7 +298,8 @@ fn linear_figures(plan: &CasePlan) -> Vec<Figure> {
     all.into_iter().filter(|one| one.0).map(curves).collect()
 }
 
-/// Figures of a uniform gas of smooth particles, against the logarithm of time.
+/// Returns the figures of energies and temperatures against logarithmic time, for a uniform smooth
+/// gas.
 fn logarithmic_figures(plan: &CasePlan) -> Vec<Figure> {
     let against_time = |title: &'static str, y: FigureAxis| {
         let figure = Figure::curves(title, FigureAxis::logarithmic("time", "time"), y);
@@ -322,7 +326,8 @@ fn logarithmic_figures(plan: &CasePlan) -> Vec<Figure> {
     vec![against_time("Energy", energy), second]
 }
 
-/// Creates the table of the samples of single replicas.
+/// Creates the table `replicas.csv` of the whole gas in single replicas, one row for each replica,
+/// engine and sample time.
 pub(super) fn replicas(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
     let (freedom, dimension) = (gas_series::freedom(plan), plan.gas.dimension);
     let mut table = table! {

@@ -1,4 +1,4 @@
-//! Verdicts on the energy of a uniform gas of smooth particles: engines against each other, and each
+//! Verdicts on the energy of a uniform smooth gas: engines against each other, and each engine
 //! against Haff's law.
 
 use stosszahl_analysis::compare::quotients;
@@ -13,13 +13,14 @@ use crate::plan::{CasePlan, EnginePlan};
 use crate::power::ReplicaSpread;
 use crate::theory::flow;
 
-/// Returns true if all engines have the energy that is given to them: elastic particles in a closed
-/// box keep theirs, and a thermostat gives all the same.
+/// Returns true if the energy is prescribed: conserved by elastic particles in a closed box, or
+/// fixed by a rescaling thermostat. Energies then need no verdict.
 fn has_given_energy(plan: &CasePlan) -> bool {
     flow::keeps_energy(plan) || plan.case.rescaling().is_some()
 }
 
-/// Number of verdicts that test a comparison: each pair of engines, and each engine with its law.
+/// Returns the number of statistical tests: one for each pair of engines, and one for each engine
+/// against Haff's law.
 pub(super) fn test_count(plan: &CasePlan) -> usize {
     let with_law = plan.haff_ratio(0.0).is_some();
     let laws = if with_law { plan.engines.len() } else { 0 };
@@ -30,7 +31,7 @@ pub(super) fn test_count(plan: &CasePlan) -> usize {
     }
 }
 
-/// Spread of the compared energies over replicas: that of as many independent particles.
+/// Returns the expected spread of compared energies over replicas, as for independent particles.
 pub(super) fn quantity_spreads(plan: &CasePlan) -> Vec<ReplicaSpread> {
     // Of K of N Maxwellian particles, 2/(D N).
     let square =
@@ -64,7 +65,8 @@ pub(super) fn quantity_spreads(plan: &CasePlan) -> Vec<ReplicaSpread> {
     all.map(spread).collect()
 }
 
-/// Verdicts on the energies of all pairs of engines, and of each engine and Haff's law.
+/// Creates the verdicts on the energies of all pairs of engines, and of each engine against Haff's
+/// law.
 pub(super) fn verdicts(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<VerdictText> {
     if has_given_energy(plan) {
         return Vec::new();
@@ -108,7 +110,7 @@ pub(super) fn verdicts(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<Verdic
     list
 }
 
-/// Makes a comparison of two engines void if the numerical error of one of them is larger than the
+/// Sets a verdict on engines to void if the numerical error of one of the engines exceeds the
 /// margin.
 pub(crate) fn void_for(
     found: VerdictText,
@@ -122,8 +124,8 @@ pub(crate) fn void_for(
     }
 }
 
-/// Adds to a verdict the part of the difference that follows from the theoretical collision rates
-/// of the two engines.
+/// Adds to a verdict on two engines how much of their difference follows from their theoretical
+/// collision rates.
 fn with_rates(found: VerdictText, plan: &CasePlan, engines: [&EnginePlan; 2]) -> VerdictText {
     let last = plan.sample_times().last().copied();
     let rates = last.and_then(|time| plan.stated_rates(engines, time));
@@ -138,13 +140,13 @@ fn with_rates(found: VerdictText, plan: &CasePlan, engines: [&EnginePlan; 2]) ->
     }
 }
 
-/// Returns the index pairs of the engines of a case, each pair once.
+/// Returns each pair of engines of a case once, as indices.
 pub(crate) fn pairs_of(plan: &CasePlan) -> impl Iterator<Item = (usize, usize)> + use<> {
     let count = plan.engines.len();
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
 }
 
-/// Returns the energies of two engines at each sample, in pairs of each replica.
+/// Returns the energies of two engines at each sample time, paired by replica.
 fn paired(
     plan: &CasePlan,
     runs: &ReplicaRecords<'_>,
@@ -164,7 +166,7 @@ fn paired(
     (0..samples).map(at).collect()
 }
 
-/// Creates the table of the energies of each pair of engines at the same times.
+/// Creates the table `comparison.csv` of the energies of each pair of engines at equal times.
 pub(super) fn comparison(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
     let (x, y) = (
         FigureAxis::logarithmic("time", "time"),

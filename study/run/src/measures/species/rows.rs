@@ -1,4 +1,4 @@
-//! Estimates of each species at each sample time, over all replicas of one engine.
+//! Averages of each species over replicas at each sample time, for one engine.
 
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_dsmc::homogeneous::SpeciesMoments;
@@ -12,38 +12,40 @@ use super::super::{mean_over_replicas, tau};
 use crate::plan::CasePlan;
 use crate::theory::homogeneous::{self, GroupCurve, Predicted, TheoryPoint};
 
-/// Row of the table: one species at one time, averaged over all replicas.
+/// Row of the table `species.csv`: one species at one time, averaged over replicas.
 #[derive(Default)]
 pub(crate) struct SpeciesRow {
-    /// Time of the sample, in the unit of time of the case.
+    /// Sample time of the row, in the case's unit of time.
     pub time: f64,
-    /// Number of the species, from 0.
+    /// Index of the species, from 0.
     pub species: usize,
-    /// Number of its particles.
+    /// Number of particles of the species.
     pub particles: TableEstimate,
-    /// Time `tau_1` of Bodrova & Osinsky: collisions of a particle of species 1 with its like.
+    /// Dimensionless time `tau_1` of Bodrova & Osinsky: collisions per particle of species 1 with
+    /// its own species since the start.
     pub tau: TableEstimate,
-    /// Temperature of the species \[energy\].
+    /// Granular temperature of the species \[energy\].
     pub temperature: TableEstimate,
-    /// Temperature over that of the first species.
+    /// Granular temperature of the species over that of the first species.
     pub ratio_to_first: TableEstimate,
-    /// Temperature of rotation \[energy\].
+    /// Rotational temperature of the species \[energy\].
     pub spin_temperature: TableEstimate,
-    /// Fourth cumulant of the velocities.
+    /// Fourth cumulant a2 of the velocities of the species.
     pub fourth_cumulant: TableEstimate,
-    /// Mean squared displacement \[length^2\].
+    /// Mean squared displacement of the species since the start \[length^2\].
     pub displacement: TableEstimate,
-    /// Diffusion coefficient \[length^2/time\].
+    /// Self-diffusion coefficient of the species \[length^2/time\].
     pub diffusion: TableEstimate,
-    /// Relaxation time of the velocity \[time\].
+    /// Relaxation time of the velocities of the species \[time\].
     pub relaxation: TableEstimate,
-    /// Velocity correlation with the start.
+    /// Correlation of velocities with initial velocities, 1 at the start.
     pub correlation: TableEstimate,
-    /// Number of replicas.
+    /// Number of replicas in the averages of the row.
     pub replicas: usize,
 }
 
-/// Computes the rows of all species of a gas without positions at all sample times.
+/// Computes the rows of `species.csv` for a gas without positions, for all species and sample
+/// times.
 pub(crate) fn homogeneous_rows(plan: &CasePlan, records: &[&SpeciesRecord]) -> Vec<SpeciesRow> {
     let curves = homogeneous::curves(plan).ok();
     let taus = tau::tau_at_samples(plan, records);
@@ -126,14 +128,14 @@ fn row(
     }
 }
 
-/// Moments of one species in a sample; zeros of a species without particles.
+/// Returns the moments of one species in a sample; zeros for a species without particles.
 fn of_species(sample: &SpeciesSample, species: usize) -> SpeciesMoments {
     sample.groups.get(species).copied().unwrap_or_default()
 }
 
-/// Estimates the diffusion coefficient `<R . v>/D`, half the growth of the displacement over D, and
-/// the relaxation time of the velocity: m/T times the coefficient, which has no meaning for
-/// particles of unlike masses together.
+/// Estimates the self-diffusion coefficient `<R · v>/D` of displacements R and velocities v in D
+/// dimensions, and the velocity relaxation time, m/T times it. The relaxation time is empty if the
+/// masses in a species differ.
 fn diffusion(
     plan: &CasePlan,
     species: usize,
@@ -168,13 +170,13 @@ fn diffusion(
     ]
 }
 
-/// Jackknife estimate of the ratio of the means over replicas of two numbers, with its error.
+/// Estimates the ratio of two means over replicas, with its jackknife error.
 pub(super) fn mean_ratio(sums: &[[f64; 2]]) -> TableEstimate {
     mean_over_replicas(of_sums(sums, |[a, b]| a / b).into_iter().map(Some))
 }
 
-/// Temperature of a species in engine units: m <v^2>/D in a uniform gas, in a flow about the mean
-/// velocity of the species.
+/// Returns the temperature of a species in engine units: `m <v²>/D` in a uniform gas, and about the
+/// species' mean velocity in a flow.
 pub(super) fn temperature(plan: &CasePlan, share: &SpeciesSums) -> f64 {
     if plan.is_uniform() {
         2.0 * share.translation / (plan.gas.dimension as f64 * share.number.max(1.0))
@@ -183,7 +185,7 @@ pub(super) fn temperature(plan: &CasePlan, share: &SpeciesSums) -> f64 {
     }
 }
 
-/// Computes the rows of all species in a box at all sample times.
+/// Computes the rows of `species.csv` for a gas in a box, for all species and sample times.
 pub(super) fn rows_in_box(plan: &CasePlan, all_series: &[&GasSeries]) -> Vec<SpeciesRow> {
     let (freedom, unit) = (gas_series::freedom(plan), plan.scale.energy);
     if all_series.is_empty() {

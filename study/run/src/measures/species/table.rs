@@ -1,4 +1,4 @@
-//! Table of the species in time.
+//! Table `species.csv` of each species against time, with its columns and figures.
 
 use stosszahl_results::{Figure, FigureAxis, Table, table};
 
@@ -8,7 +8,7 @@ use super::super::tau;
 use super::SpeciesRow;
 use crate::plan::CasePlan;
 
-/// Columns of the table of the species: those of quantities that the gas has.
+/// Returns the columns of `species.csv`, limited to quantities that the gas has.
 fn columns(plan: &CasePlan) -> Vec<RowColumn<SpeciesRow>> {
     let (several, homogeneous) = (plan.gas.species.len() > 1, !plan.has_box());
     let displaced = homogeneous && record::has_displacement(plan);
@@ -101,28 +101,28 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<SpeciesRow>> {
     columns
 }
 
-/// Meaning of the column of the velocity correlation.
+/// Description of the table column of the velocity correlation.
 const CORRELATION: &str =
     "Correlation of the velocity with that of the start, <v(0) . v(t)>/<v(0)^2>";
 
-/// Meaning of the column of the diffusion coefficient.
+/// Description of the table column of the self-diffusion coefficient.
 const DIFFUSION: &str =
     "Diffusion coefficient <R . v>/D: half the growth of the displacement over D";
 
-/// Meaning of the column of the time `tau_1`.
+/// Description of the table column of `tau_1`, the collisions per particle within species 1.
 const TAU: &str = "Collisions of a particle of species 1 with its like since the start, as its temperature T1 gives them in a Maxwellian gas: \
     d tau_1 = 4 n1 d1^2 chi sqrt(pi T1/m1) dt in space, 2 n1 d1 chi sqrt(pi T1/m1) dt in the plane";
 
-/// Meaning of the column of the temperature.
+/// Description of the table column of the species' temperature.
 const TEMPERATURE: &str = "Temperature T = m <v^2>/D, in a flow about the mean velocity of the species; theory by Enskog's equations";
 
-/// Meaning of the column of the fourth cumulant.
+/// Description of the table column of the species' fourth cumulant.
 const CUMULANT: &str = "Fourth cumulant a2 of the velocities, zero for Maxwellian ones; theory is empty in the first order";
 
-/// Meaning of the column of the relaxation time.
+/// Description of the table column of the velocity relaxation time.
 const RELAXATION: &str = "Relaxation time of the velocity, m/T of the diffusion coefficient; empty where masses differ in a group";
 
-/// Creates the table of the species from the rows of each engine.
+/// Creates the table `species.csv` from the rows of each engine.
 pub(super) fn species(plan: &CasePlan, engines: &[(&'static str, Vec<SpeciesRow>)]) -> Table {
     let columns = columns(plan);
     let table = table! {
@@ -152,8 +152,8 @@ pub(super) fn species(plan: &CasePlan, engines: &[(&'static str, Vec<SpeciesRow>
     table
 }
 
-/// Figure of the species of a gas in a box: temperatures over that of the first, which in a flow
-/// have their own scale.
+/// Returns the figures of species in a box: temperatures over that of the first species. A flow has
+/// its own scale.
 fn figures_in_box(plan: &CasePlan) -> Vec<Figure> {
     let title = "Temperatures of the species";
     if plan.is_uniform() && !plan.is_rough() {
@@ -169,7 +169,7 @@ fn figures_in_box(plan: &CasePlan) -> Vec<Figure> {
     vec![figure.caption("Each about its own mean velocity.")]
 }
 
-/// Figures of the species of a gas without positions, against the logarithm of time.
+/// Returns the figures of species without positions, against logarithmic time.
 fn homogeneous_figures(plan: &CasePlan) -> Vec<Figure> {
     let mut figures = Vec::new();
     let several = plan.gas.species.len() > 1;

@@ -1,5 +1,5 @@
-//! Verdicts on the temperatures of the species of a mixture in a box, against Enskog's kinetic
-//! equations.
+//! Verdicts on the temperature ratios of the species of a cooling mixture in a box, against
+//! Enskog's kinetic equations.
 
 use stosszahl_results::VerdictText;
 
@@ -10,11 +10,12 @@ use crate::judge::{MeasuredPoint, against_theory, title};
 use crate::measure::ReplicaRecords;
 use crate::plan::CasePlan;
 
-/// Start and end of the early state, in units of Haff's time, or of the mean free time without
-/// dissipation: after the ratios have settled, before the gas can have become inhomogeneous.
+/// Start and end of the time window for temperature ratios, in Haff times, or mean free times if
+/// elastic. The ratios have settled by then, and the gas is still homogeneous.
 const EARLY: [f64; 2] = [1.0, 5.0];
 
-/// Number of verdicts: each species but the first, of each engine.
+/// Returns the number of temperature-ratio verdicts: one for each species but the first, for each
+/// engine.
 pub(super) fn test_count(plan: &CasePlan) -> usize {
     if plan.is_uniform_box() && !plan.is_rough() && !plan.is_sheared() {
         plan.engines.len() * plan.gas.species.len().saturating_sub(1)
@@ -23,9 +24,9 @@ pub(super) fn test_count(plan: &CasePlan) -> usize {
     }
 }
 
-/// Verdicts on the ratios of the temperatures to that of the first in the early state of a cooling
-/// gas. They are ratios of means, each temperature over that of the gas by theory, so that early
-/// times do not outweigh the rest.
+/// Creates the verdicts on the temperatures of species over that of the first species in the early
+/// cooling state. Temperatures are averaged over time relative to the theoretical one of the first
+/// species, so that early times do not dominate.
 pub(super) fn verdicts(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Vec<VerdictText> {
     let times = plan.sample_times();
     let within = |index: &usize| {
