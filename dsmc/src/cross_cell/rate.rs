@@ -83,8 +83,9 @@ pub(crate) struct Rates<S: Space> {
 pub(crate) struct Spread {
     /// Unit of the variance of the covered area or volume a, `<a^2>/<a>`.
     variance: f64,
-    /// Coefficients of the powers of the radius, from the zeroth on, in `<a^2> w/<a w>`: how much a
-    /// simulator thins its surroundings.
+    /// Coefficients of the polynomial in the radius of a simulator by which its own presence lowers
+    /// the packing fraction around it, from the zeroth power on: `<a^2> w/<a w>` with the covered
+    /// area or volume a and the weight w of a radius.
     thinning: [f64; 4],
 }
 

@@ -105,7 +105,7 @@ fn visit_rows<F: Field<Plane>>(
     }
 }
 
-/// Returns the numbers of the disks in some rows of cells.
+/// Returns the indices of the disks in a range of rows of cells.
 fn in_rows<F: Field<Plane>>(disks: &DiskSystem<F>, rows: impl Iterator<Item = u16>) -> Vec<u32> {
     let mut numbers = Vec::new();
     visit_rows(disks, rows, |number, _| numbers.push(number));

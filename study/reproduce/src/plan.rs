@@ -82,8 +82,8 @@ pub struct FigureOutline<'a> {
 }
 
 impl Item<'_> {
-    /// Returns the ratio of a key between numerator and denominator, for claims on a power law of
-    /// that key; `None` for other claims.
+    /// Returns by which factor the value of the swept key grows between the two points of a claim
+    /// on a power law; `None` for other claims.
     pub(crate) fn growth(&self) -> Option<f64> {
         let power = self.claim.power_of.as_deref()?;
         let at = |spot: &NumberLocation<'_>| spot.keys.get(power).and_then(number);

@@ -75,7 +75,7 @@ pub struct CaseOutline {
     pub unknown: Vec<String>,
 }
 
-/// Returns the case format with the options of all measures.
+/// Returns the parser and schema of case files, with the options of all measures.
 pub fn format() -> Format {
     let all = measures::ALL.iter();
     let named: Vec<_> = all.map(|one| (one.name(), one.options_schema())).collect();
@@ -315,7 +315,7 @@ pub fn level(planned: &Planned<'_>) -> f64 {
     planned.plan.case.verdict.family_wise_error_rate / all.max(1) as f64
 }
 
-/// Plans all sweep points of a case.
+/// Returns the plans of all sweep points of a case, and checks each of them.
 ///
 /// # Errors
 /// As [`Planned::new`].

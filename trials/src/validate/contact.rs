@@ -129,7 +129,8 @@ fn gas_pairs(simulators: f64) -> u64 {
     (0.5 * simulators).ceil() as u64
 }
 
-/// Tests the pair correlation at contact of exact disks, and under molecular chaos.
+/// Measures the pair correlation at contact of elastic and of cooling gases by the flux of colliding
+/// pairs, in event-driven dynamics and in Monte Carlo, and adds a row for each to the log.
 pub(super) fn test_contact(log: &mut TrialLog) -> Done {
     let more = if log.effort.quick { 1 } else { 4 };
     let what = "g(d+) by flux over (1 + r)/(2 r) χ of the collision rate";

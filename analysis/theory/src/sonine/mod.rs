@@ -372,7 +372,8 @@ impl<R: Restitution> System<'_, R> {
         (p as f64 + half) / half * self.norms[p] * (a(p) - a(p + 1))
     }
 
-    /// Returns the initial values of the integration, for Maxwellian velocities: `a_p = a_1^p`.
+    /// Returns the initial moments of the velocities of all species for the integration in time: those
+    /// of Maxwellian velocities at `temperatures`, whose reduced moments are `a_p = a_1^p`.
     fn start(&self, temperatures: &[f64]) -> Vec<f64> {
         let layout = self.layout;
         let maxwellian = |p: usize| layout.shift.powi(p as i32);

@@ -64,7 +64,8 @@ pub(crate) struct OrderRow {
     pub verdict: OrderVerdict,
 }
 
-/// Builds the table `orders.csv`, with one row for each sequence and quantity.
+/// Builds the table `orders.csv` of convergence orders, with one row for each sequence of settings
+/// and each quantity.
 pub(crate) fn table(rows: &[OrderRow]) -> Table {
     let mut table = table! {
         "orders", "Whether errors fall at the orders that theory predicts.";

@@ -23,7 +23,7 @@ const CLASSES: usize = 8;
 pub(super) struct SizedParticles {
     /// Blocks of equal particles, one after the other.
     pub(super) kinds: Vec<Like>,
-    /// Granular temperature of each block \[energy\].
+    /// Granular temperature at the start of each block of equal particles in `kinds` \[energy\].
     temperatures: Vec<f64>,
     /// Name of each species; `None` if its number is its name.
     names: Vec<Option<String>>,

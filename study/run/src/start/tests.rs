@@ -274,7 +274,8 @@ const INDEPENDENT: [&str; 6] = [
      [[obstacle]]\ncircle = { centre = [30, 30], radius = 8 }\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
     "[gas]\ndimension = 3\nnumber = 500\nrestitution = 0.9\ntangential_restitution = 0.3\n[box]\nsize = [20, 20, 20]\n\
      [start]\nspin_temperature = 0.5\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
-    "[gas]\ndimension = 3\nnumber = 500\nrestitution = 0.9\n[box]\nsize = [20, 20, 20]\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n",
+    "[gas]\ndimension = 3\nnumber = 500\nrestitution = 0.9\n[box]\nsize = [20, 20, 20]\n[run]\nuntil = 1\n[engine.dsmc-boltzmann]\n\
+     simulators_per_particle = 1\n",
 ];
 
 /// Particles made one after the other are those of a start that is made whole, and so are engines
