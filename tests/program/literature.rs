@@ -81,6 +81,13 @@ fn tables_of_species_add_up() {
     let parts = Columns::read(&out, "species");
     let (time, species) = (parts.numbers("time"), parts.numbers("species"));
     let temperatures = parts.numbers("temperature");
+    // In the units of the case, to three roundings.
+    for (column, wanted) in [("mass", [1.0, 4.0]), ("diameter", [1.0, 2.0])] {
+        let found = &parts.numbers(column)[..2];
+        for (found, wanted) in found.iter().zip(wanted) {
+            assert!((found / wanted - 1.0).abs() < 1e-15, "{column}: {found}");
+        }
+    }
     let energy = Columns::read(&out, "energy");
     let rows = energy
         .numbers("time")

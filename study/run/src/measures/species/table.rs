@@ -145,7 +145,10 @@ pub(super) fn species(plan: &CasePlan, engines: &[(&'static str, Vec<SpeciesRow>
             let species = &plan.gas.species[row.species];
             let found = estimates(&columns, row);
             let named = (row.species + 1, &*species.name);
-            let about = (species.mass, 2.0 * species.radius);
+            let about = (
+                species.mass * plan.scale.mass,
+                2.0 * species.radius * plan.scale.length,
+            );
             table.add((*engine, row.time, named, about, found, row.replicas));
         }
     }
