@@ -238,7 +238,8 @@ def test_files_of_a_run_with_ovito(written):
     from ovito.io import import_file
 
     one, files = written
-    for name, path in files.items():
+    # OVITO reads no H5MD.
+    for name, path in ((name, path) for name, path in files.items() if name != "h5md"):
         data = import_file(str(path)).compute()
         particles, rounding = data.particles, {"gsd": 4 * SINGLE}.get(name, 30 * 2**-50)
         assert_particles(one, particles.positions - data.cell[:, 3], rounding)
