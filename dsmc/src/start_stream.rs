@@ -13,8 +13,8 @@ use crate::start::{check_number, fresh};
 /// Start of a gas as a sequence of particles. Each visit passes the same numbers, in any process,
 /// so that a process makes all particles in turn and keeps some of them.
 ///
-/// Several simulators for each particle take one set of particles each. Indices go on from set to
-/// set.
+/// Several simulators for each particle take one set of particles each. Indices continue from one
+/// set to the next.
 pub trait StartStream: Sync {
     /// Dimension: 2 or 3.
     fn dimension(&self) -> usize;

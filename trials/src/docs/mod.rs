@@ -21,6 +21,7 @@ mod gases;
 mod map;
 mod papers;
 mod results;
+mod table_file;
 mod tables;
 mod verdicts;
 
@@ -37,12 +38,11 @@ use crate::{Done, TrialError};
 
 pub use block::{Head, PageBlock, find_block, is_open, names as block_names, outside, replace};
 pub use compare::differences;
-pub use data::{
-    DataMaker, DataTable, FOLDER as DATA, Made, ROWS_OF_A_PAGE, generated_rows, unfounded,
-};
+pub use data::{DataMaker, DataTable, FOLDER as DATA, Made, ROWS_OF_A_PAGE, generated_rows};
 pub use entries::{DocsEntry, ENTRIES, EngineVersion, EntrySource};
 use entries::{VERSIONS, versions};
 pub use results::{run_bundled, run_papers};
+pub use table_file::unfounded;
 
 /// Options of `stosszahl-trials docs`, which regenerates or checks documentation blocks.
 #[derive(Clone, Debug, Args)]
@@ -135,7 +135,7 @@ fn rewrite(root: &Path) -> Done {
         let path = root.join(&file);
         let mut page = fs::read_to_string(&path)?;
         for name in block_names(&page) {
-            let text = data::text_of_file(root, &name)?;
+            let text = table_file::text_of_file(root, &name)?;
             let made = text.zip(find_block(&page, &name));
             let made = made.and_then(|(text, block)| replace(&page, &block.head, &text));
             if let Some(made) = made.filter(|made| *made != page) {
@@ -336,7 +336,7 @@ pub(crate) fn claims_block(
         statistics: versions(&VERSIONS),
         typed: Some(command.to_owned()),
     };
-    let made = data::claims_block(table)?;
+    let made = table_file::claims_block(table)?;
     for (file, content) in &made.files {
         let beside = Path::new(file).strip_prefix("docs")?;
         write(&page.with_file_name("").join(beside), content)?;

@@ -300,7 +300,7 @@ impl Measure for FrameMeasure {
     }
 
     fn kept_per_particle(&self, plan: &CasePlan) -> f64 {
-        // A frame shows a sample of so many simulators at the most, and the last one of more.
+        // A frame shows at most this number of simulators, the last frame more.
         let most = measure::chosen::<FrameOptions>(plan, self.name()).particles;
         let copies = plan.engines.iter().map(EnginePlan::copies).min();
         let simulators = (plan.count() * copies.unwrap_or(1)).max(1) as f64;
