@@ -8,27 +8,48 @@ use stosszahl_results::{Table, TableEstimate};
 pub(super) type AddColumn = fn(Table, &'static str, &'static str, &'static str) -> Table;
 
 /// Table column with its name, unit and description, filled from rows of type `R`.
-pub(super) struct RowColumn<R> {
+struct RowColumn<R> {
     /// Method that appends the column to a table, with or without columns for error and theory.
-    pub add: AddColumn,
-    /// Name of the table column.
-    pub name: &'static str,
-    /// Unit of the numbers in the table column.
-    pub unit: &'static str,
-    /// Description of the table column, as shown to users.
-    pub meaning: &'static str,
+    add: AddColumn,
+    /// Name of the table column, its unit, and its description for users.
+    words: [&'static str; 3],
     /// Function that returns the column's value, error and theory from a row.
-    pub value: fn(&R) -> TableEstimate,
+    value: fn(&R) -> TableEstimate,
 }
 
-/// Appends the columns to a table, in order.
-pub(super) fn add_columns<R>(table: Table, columns: &[RowColumn<R>]) -> Table {
-    columns.iter().fold(table, |table, one| {
-        (one.add)(table, one.name, one.unit, one.meaning)
-    })
-}
+/// Columns of a table that is filled from rows of type `R`, in order.
+pub(super) struct RowColumns<R>(Vec<RowColumn<R>>);
 
-/// Returns the values of one row in the order of the columns.
-pub(super) fn estimates<R>(columns: &[RowColumn<R>], row: &R) -> Vec<TableEstimate> {
-    columns.iter().map(|column| (column.value)(row)).collect()
+impl<R> RowColumns<R> {
+    /// Creates an empty list of columns.
+    pub(super) fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    /// Appends a column if it is used: the method that adds it to a table, its name, unit and
+    /// description, and the function that computes its cells from a row.
+    pub(super) fn column(
+        &mut self,
+        used: bool,
+        add: AddColumn,
+        words: [&'static str; 3],
+        value: fn(&R) -> TableEstimate,
+    ) {
+        self.0
+            .extend(used.then_some(RowColumn { add, words, value }));
+    }
+
+    /// Appends the columns to a table.
+    pub(super) fn add_to(&self, table: Table) -> Table {
+        self.0.iter().fold(table, |table, column| {
+            let [name, unit, meaning] = column.words;
+            (column.add)(table, name, unit, meaning)
+        })
+    }
+
+    /// Returns the values of one row in the order of the columns.
+    pub(super) fn estimates(&self, row: &R) -> Vec<TableEstimate> {
+        let columns = self.0.iter();
+        columns.map(|column| (column.value)(row)).collect()
+    }
 }

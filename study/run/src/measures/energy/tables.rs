@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
 
 use super::super::gas_series::{self, GasSample, GasSeries};
-use super::super::row_columns::{AddColumn, RowColumn, add_columns, estimates};
+use super::super::row_columns::{AddColumn, RowColumns};
 use super::super::species_record::{against, measured, temperature_error};
 use super::{energy_ratio, has_changing_number, has_energies_apart, two_temperature_theory};
 use crate::measure::ReplicaRecords;
@@ -151,7 +151,7 @@ const TEMPERATURE: &str =
     "Granular temperature, m <(v - u)^2>/D with the mean velocity u of all particles";
 
 /// Returns the columns of the table `energy.csv`, limited to quantities that the gas has.
-fn columns(plan: &CasePlan) -> Vec<RowColumn<GasRow>> {
+fn columns(plan: &CasePlan) -> RowColumns<GasRow> {
     let (apart, spins) = (has_energies_apart(plan), plan.is_rough());
     let counted = has_changing_number(plan);
     // Theory of a gas without positions has an error.
@@ -160,33 +160,23 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<GasRow>> {
     } else {
         (Table::with_theory_error, Table::with_theory_error)
     };
-    let mut columns = Vec::new();
-    let mut column =
-        |used: bool, add: AddColumn, [name, unit, meaning]: [&'static str; 3], value| {
-            columns.extend(used.then_some(RowColumn {
-                add,
-                name,
-                unit,
-                meaning,
-                value,
-            }));
-        };
-    column(
+    let mut columns = RowColumns::<GasRow>::new();
+    columns.column(
         counted,
         Table::estimate,
         ["particles", "1", "Number of particles"],
-        |row: &GasRow| row.particles,
+        |row| row.particles,
     );
-    column(
+    columns.column(
         true,
         collisions,
         ["collisions_per_particle", "1", COLLISIONS],
         |row| row.collisions,
     );
-    column(true, law, ["energy_ratio", "1", RATIO], |row| {
+    columns.column(true, law, ["energy_ratio", "1", RATIO], |row| {
         row.energy_ratio
     });
-    column(
+    columns.column(
         apart,
         Table::value,
         [
@@ -196,31 +186,31 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<GasRow>> {
         ],
         |row| row.parts[0],
     );
-    column(
+    columns.column(
         spins,
         Table::value,
         ["rotational_energy", "energy", "Energy of rotation"],
         |row| row.parts[1],
     );
-    column(
+    columns.column(
         has_height(plan),
         Table::value,
         ["potential", "energy", HEIGHT],
         |row| row.parts[2],
     );
-    column(
+    columns.column(
         apart,
         Table::estimate,
         ["energy", "energy", "Sum of all energies"],
         |row| row.energy,
     );
-    column(
+    columns.column(
         true,
         Table::with_theory,
         ["temperature", "energy", TEMPERATURE],
         |row| row.temperature,
     );
-    column(
+    columns.column(
         spins,
         Table::with_theory,
         [
@@ -230,7 +220,7 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<GasRow>> {
         ],
         |row| row.spin_temperature,
     );
-    column(
+    columns.column(
         has_cumulant(plan),
         Table::estimate,
         [
@@ -262,7 +252,7 @@ pub(super) fn energy(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
         key "engine", "", "Engine";
         key "time", "time", "Time since the start";
     };
-    let mut table = add_columns(table, &columns).note("replicas", "1", "Replicas");
+    let mut table = columns.add_to(table).note("replicas", "1", "Replicas");
     table.figures = if has_energies_apart(plan) {
         linear_figures(plan)
     } else {
@@ -272,7 +262,7 @@ pub(super) fn energy(plan: &CasePlan, runs: &ReplicaRecords<'_>) -> Table {
         for row in rows(plan, engine, &all_series) {
             table.add((
                 (engine.name, row.time),
-                estimates(&columns, &row),
+                columns.estimates(&row),
                 row.replicas,
             ));
         }

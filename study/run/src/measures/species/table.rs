@@ -2,14 +2,14 @@
 
 use stosszahl_results::{Figure, FigureAxis, Table, table};
 
-use super::super::row_columns::{AddColumn, RowColumn, add_columns, estimates};
+use super::super::row_columns::{AddColumn, RowColumns};
 use super::super::species_record::{self as record, against_time, has_correlation};
 use super::super::tau;
 use super::SpeciesRow;
 use crate::plan::CasePlan;
 
 /// Returns the columns of `species.csv`, limited to quantities that the gas has.
-fn columns(plan: &CasePlan) -> Vec<RowColumn<SpeciesRow>> {
+fn columns(plan: &CasePlan) -> RowColumns<SpeciesRow> {
     let (several, homogeneous) = (plan.gas.species.len() > 1, !plan.has_box());
     let displaced = homogeneous && record::has_displacement(plan);
     let counted = homogeneous && tau::rate(plan).is_some();
@@ -18,33 +18,23 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<SpeciesRow>> {
     } else {
         (Table::with_theory, Table::estimate)
     };
-    let mut columns = Vec::new();
-    let mut column =
-        |used: bool, add: AddColumn, [name, unit, meaning]: [&'static str; 3], value| {
-            columns.extend(used.then_some(RowColumn {
-                add,
-                name,
-                unit,
-                meaning,
-                value,
-            }));
-        };
-    column(
+    let mut columns = RowColumns::<SpeciesRow>::new();
+    columns.column(
         true,
         Table::value,
         ["particles", "1", "Number of particles"],
-        |row: &SpeciesRow| row.particles,
+        |row| row.particles,
     );
-    column(counted, Table::with_theory, ["tau_1", "1", TAU], |row| {
+    columns.column(counted, Table::with_theory, ["tau_1", "1", TAU], |row| {
         row.tau
     });
-    column(
+    columns.column(
         true,
         theory,
         ["temperature", "energy", TEMPERATURE],
         |row| row.temperature,
     );
-    column(
+    columns.column(
         several,
         Table::with_theory,
         [
@@ -54,7 +44,7 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<SpeciesRow>> {
         ],
         |row| row.ratio_to_first,
     );
-    column(
+    columns.column(
         plan.is_rough(),
         Table::estimate,
         [
@@ -64,13 +54,13 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<SpeciesRow>> {
         ],
         |row| row.spin_temperature,
     );
-    column(
+    columns.column(
         plan.is_uniform(),
         cumulant,
         ["fourth_cumulant", "1", CUMULANT],
         |row| row.fourth_cumulant,
     );
-    column(
+    columns.column(
         displaced,
         theory,
         [
@@ -80,19 +70,19 @@ fn columns(plan: &CasePlan) -> Vec<RowColumn<SpeciesRow>> {
         ],
         |row| row.displacement,
     );
-    column(
+    columns.column(
         has_correlation(plan),
         theory,
         ["velocity_correlation", "1", CORRELATION],
         |row| row.correlation,
     );
-    column(
+    columns.column(
         displaced,
         theory,
         ["diffusion_coefficient", "length^2/time", DIFFUSION],
         |row| row.diffusion,
     );
-    column(
+    columns.column(
         displaced,
         theory,
         ["velocity_relaxation_time", "time", RELAXATION],
@@ -134,7 +124,7 @@ pub(super) fn species(plan: &CasePlan, engines: &[(&'static str, Vec<SpeciesRow>
         note "mass", "mass", "Mass of a particle";
         note "diameter", "length", "Diameter of a particle";
     };
-    let mut table = add_columns(table, &columns).note("replicas", "1", "Replicas");
+    let mut table = columns.add_to(table).note("replicas", "1", "Replicas");
     table.figures = if plan.has_box() {
         figures_in_box(plan)
     } else {
@@ -143,7 +133,7 @@ pub(super) fn species(plan: &CasePlan, engines: &[(&'static str, Vec<SpeciesRow>
     for (engine, rows) in engines {
         for row in rows {
             let species = &plan.gas.species[row.species];
-            let found = estimates(&columns, row);
+            let found = columns.estimates(row);
             let named = (row.species + 1, &*species.name);
             let about = (
                 species.mass * plan.scale.mass,
