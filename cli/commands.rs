@@ -11,18 +11,18 @@ use crate::case::CaseFile;
 use crate::case::format::parse_share;
 use crate::report::{Listed, Listing, ReportError, listing, write_report};
 use crate::results::{Existing, Manifest, changed_files, quantity_title, write_file};
+use crate::study::cost::EngineCost;
 use crate::study::frontier::{self, FrontierError, frontier};
-use crate::study::plan::{EngineCost, available_memory, available_threads};
+use crate::study::plan::{available_memory, available_threads};
 use crate::study::run::needed_memory;
 use crate::study::{self, RunError, RunOptions, check_case};
 use clap::CommandFactory as _;
 
 use crate::arguments::{Arguments, CaseArguments, Command, FrontierArguments, InitArguments};
-pub use crate::error::CommandError;
-pub use crate::run::{STOPPED_RUN, run};
+use crate::error::CommandError;
 use crate::run::{merge, run_on_threads};
 pub(crate) use crate::terminal::say;
-pub use crate::terminal::{TimeLimit, listen, note, outlive_file_limits};
+use crate::terminal::{listen, note};
 
 use crate::init as template;
 use crate::progress::Display;
@@ -208,11 +208,13 @@ fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandErro
             progress: &display,
             commit: "",
         };
-        planned = study::choose_resolution(&file, planned, &options, threads)?;
+        planned = study::choose_resolutions(&file, planned, &options, threads)?;
         // No measurement of a case that does not fit into memory.
         let needed = needed_memory(&planned, threads);
         if available_memory().is_none_or(|free| needed < free) {
-            paces = Some(study::pace::paces(&planned, threads, MEASURING)?);
+            paces = Some(study::run::measured_time::paces(
+                &planned, threads, MEASURING,
+            )?);
         }
     }
     let outlines = planned.iter().enumerate().map(|(number, planned)| {

@@ -41,13 +41,12 @@
 //! engines that its crate compiles. A gas that needs an absent feature is refused with its name.
 //! `docs/extending.md` has the cost of each feature, and profile lines for a manifest.
 
-// For other commands of this workspace, not for custom programs.
 #[cfg(feature = "cli")]
-#[doc(hidden)]
-pub mod arguments;
+mod arguments;
 #[cfg(feature = "cli")]
-#[doc(hidden)]
-pub mod commands;
+pub mod command_line;
+#[cfg(feature = "cli")]
+mod commands;
 #[cfg(feature = "cli")]
 mod error;
 #[cfg(feature = "cli")]
@@ -56,8 +55,7 @@ mod figure;
 mod init;
 pub mod prelude;
 #[cfg(feature = "cli")]
-#[doc(hidden)]
-pub mod progress;
+mod progress;
 #[cfg(feature = "cli")]
 mod reference;
 #[cfg(feature = "cli")]

@@ -3,14 +3,14 @@
 use std::process::ExitCode;
 
 use clap::Parser;
+use stosszahl::command_line::{self, Arguments};
 use stosszahl::model::memory;
-use stosszahl::{arguments::Arguments, commands};
 
 fn main() -> ExitCode {
     memory::return_large_blocks();
-    commands::outlive_file_limits();
+    command_line::outlive_file_limits();
     match Arguments::try_parse() {
-        Ok(arguments) => commands::execute(arguments),
-        Err(asked) => commands::tell(&asked),
+        Ok(arguments) => command_line::execute(arguments),
+        Err(asked) => command_line::tell(&asked),
     }
 }

@@ -1,7 +1,7 @@
 //! The command line as typed.
 
 use clap::{Parser, Subcommand};
-use stosszahl::arguments::RunArguments;
+use stosszahl::command_line::RunArguments;
 
 /// stosszahl over MPI: one large Monte Carlo gas on many machines.
 #[derive(Debug, Parser)]

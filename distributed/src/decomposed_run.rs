@@ -5,13 +5,11 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use stosszahl::arguments::RunArguments;
-use stosszahl::commands::{self, STOPPED_RUN, TimeLimit, listen, note};
+use stosszahl::command_line::{self, Display, RunArguments, STOPPED_RUN, TimeLimit, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
-use stosszahl::progress::Display;
 use stosszahl::results::Existing;
 use stosszahl::study::RunOptions;
-use stosszahl::study::decomposed::{run_decomposed, serve_subdomains};
+use stosszahl::study::run::decomposed::{run_decomposed, serve_subdomains};
 
 use crate::heartbeat::Heartbeat;
 use crate::messages::{CaseMessage, read, to_message};
@@ -50,17 +48,17 @@ pub fn run_on_ranks(arguments: &RunArguments, patience: Duration) -> ExitCode {
 
 fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
     let stop = listen(STOPPED_RUN);
-    let file = commands::read(&arguments.case);
+    let file = command_line::read(&arguments.case);
     let case = file.as_ref().ok();
     let case = case.map(|file| CaseMessage::from_case(file, &arguments.case));
     from_first(&**ranks, to_message(&case));
     let done = file.and_then(|file| {
         let display = Display::new();
-        commands::run(arguments, &file, &stop, &display, |file, options| {
+        command_line::run(arguments, &file, &stop, &display, |file, options| {
             run_decomposed(file, options, ranks)
         })
     });
-    commands::ended(done)
+    command_line::ended(done)
 }
 
 /// Follows the first process, which reports the errors of all.

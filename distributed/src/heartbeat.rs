@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use mpi::Tag;
 use mpi::traits::{Communicator as _, Destination as _, Source as _};
-use stosszahl::commands::note;
+use stosszahl::command_line::note;
 use stosszahl::dsmc::Ranks as _;
 
 use crate::ROOT;

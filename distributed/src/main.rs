@@ -22,7 +22,7 @@ use std::time::Duration;
 use clap::Parser as _;
 use mpi::Threading;
 use mpi::traits::Communicator as _;
-use stosszahl::commands::{self, note};
+use stosszahl::command_line::{self, note};
 use stosszahl::model::memory;
 
 use crate::arguments::{MpiArguments, MpiCommand};
@@ -32,7 +32,7 @@ const ROOT: i32 = 0;
 
 fn main() -> ExitCode {
     memory::return_large_blocks();
-    commands::outlive_file_limits();
+    command_line::outlive_file_limits();
     let Some((universe, level)) = mpi::initialize_with_threading(Threading::Serialized) else {
         note("error: MPI is started already");
         return ExitCode::FAILURE;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use stosszahl::arguments::{CaseArguments, VERSION};
 use stosszahl::case::CaseFile;
+use stosszahl::command_line::{CaseArguments, VERSION};
 use stosszahl::study;
 
 /// Case as a message: only the root has read its file.

@@ -22,10 +22,10 @@ use stosszahl_analysis::replicas::{power, replicas_needed};
 use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_model::Interrupt;
 use stosszahl_results::{Existing, VerdictKind, VerdictText};
+use stosszahl_study::judge::power::FOUND;
 use stosszahl_study::judge::{
     self, ComparedPair, Comparison, DifferenceUnit, ImpactTest, Places, VerdictRule,
 };
-use stosszahl_study::power::FOUND;
 use stosszahl_study::{RunSummary, run_case};
 
 use crate::terminal::{say, trial_names};

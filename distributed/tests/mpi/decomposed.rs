@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{ExitCode, Output};
 
-use stosszahl::commands;
+use stosszahl::command_line;
 
 use crate::support::{
     Scratch, appears, done, ends, job, kill, processes, said, scripted, slow_down, started,
@@ -347,7 +347,7 @@ fn shards_that_cannot_be_used_are_named() {
                 assert!(text.contains("of a checkpoint in 3 shards"), "{text}");
             }
             let words = ["stosszahl", "run", &scratch.case, "--out", &out, "--resume"];
-            let code = commands::execute(clap::Parser::parse_from(words));
+            let code = command_line::execute(clap::Parser::parse_from(words));
             assert_eq!(code, ExitCode::from(1));
         }
         for (path, whole) in &kept {

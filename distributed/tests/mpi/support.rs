@@ -187,7 +187,7 @@ impl Scratch {
 pub fn alone(case: &str, more: &[&str], out: &str) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut arguments = vec!["stosszahl", "run", case, "--out", out, "--quiet"];
     arguments.extend(more);
-    let code = stosszahl::commands::execute(clap::Parser::parse_from(arguments));
+    let code = stosszahl::command_line::execute(clap::Parser::parse_from(arguments));
     assert_eq!(code, std::process::ExitCode::SUCCESS);
     tables(Path::new(out))
 }

@@ -7,8 +7,8 @@ use stosszahl_case::paper::{Claim, PaperFigureSpec, number};
 use stosszahl_case::{CaseError, CaseFile, CasePoint, PaperFile};
 use stosszahl_results::Table;
 use stosszahl_study::check_case;
+use stosszahl_study::cost::RuntimeEstimate;
 use stosszahl_study::judge::ClaimedValue;
-use stosszahl_study::plan::RuntimeEstimate;
 use toml::Value;
 
 use crate::ReproduceError;

@@ -7,8 +7,8 @@ use stosszahl_model::random::Streams;
 use stosszahl_results::Table;
 
 use crate::control::Control;
+use crate::engine_run::EngineRun;
 use crate::flow_tests::{column, measured, plan};
-use crate::follow::EngineRun;
 use crate::measure::{Measure, NoOptions, Probe, SampleProbe, described};
 use crate::plan::{CasePlan, EnginePlan};
 use crate::start::placed;

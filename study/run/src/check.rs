@@ -1,39 +1,21 @@
 //! Planning of a case before it is run: derived quantities, statistical power, cost, choices and
 //! warnings.
 
-use std::sync::OnceLock;
+pub(crate) mod question;
 
 use stosszahl_case::{Case, CaseError, CaseFile, CasePoint, Format};
-use stosszahl_model::InvalidValue;
-use stosszahl_results::{Role, Table, TableCell, engine_title};
+use stosszahl_results::{Table, engine_title};
 
+use crate::cost::{Cost, RuntimeEstimate, estimate_cost, estimate_runtime};
 use crate::engines;
-use crate::measure::{
-    BadOption, CompletedRun, Measure, ReplicaRecords, share_of_others, work_with_companions,
-};
+use crate::measure::{BadOption, Measure, empty_tables};
 use crate::measures;
-use crate::plan::{
-    CasePlan, Cost, DerivedQuantity, EnginePlan, Looks, MeasureMemory, PlanError, RuntimeEstimate,
-    available_memory,
-};
-use crate::question;
+use crate::plan::{CasePlan, DerivedQuantity, PlanError, available_memory};
 use crate::words::short;
 
 /// Number of candidate pairs per collision from which a Monte Carlo scheme is called slow in a
 /// warning.
 const MANY_TRIALS: f64 = 50.0;
-
-/// Memory of one scheduled event in the run of an engine \[bytes\].
-const DUE: f64 = 96.0;
-/// Memory of one sample time of a measure while the schedule is built \[bytes\].
-const LOOK: f64 = 32.0;
-/// Number of sample times below which the tables of a measure are not counted as memory.
-const FEW_LOOKS: usize = 1000;
-/// Memory of a table row in addition to its cells \[bytes\].
-const ROW: f64 = 64.0;
-/// Memory of a table with its text and figures during the report, over the memory of its rows;
-/// 3.0 to 3.7 were measured.
-const REPORTED: f64 = 3.4;
 
 /// Sweep point of a case with its resolved plan and its measures.
 pub struct Planned<'a> {
@@ -122,7 +104,7 @@ impl<'a> Planned<'a> {
     /// Returns the empty tables of the measure with this index.
     fn tables_of(&self, place: usize) -> Vec<Table> {
         let name = self.measures.get(place).map(|measure| measure.name());
-        let own = self.tables_of_measures().into_iter();
+        let own = empty_tables(&self.plan, &self.measures).into_iter();
         own.filter(|(measure, _)| Some(measure.name()) == name)
             .map(|(_, table)| table)
             .collect()
@@ -130,132 +112,19 @@ impl<'a> Planned<'a> {
 
     /// Returns the empty tables that a run will have, without solving theory for them.
     pub fn tables(&self) -> Vec<Table> {
-        let all = self.tables_of_measures().into_iter();
+        let all = empty_tables(&self.plan, &self.measures).into_iter();
         all.map(|(_, table)| table).collect()
-    }
-
-    fn tables_of_measures(&self) -> Vec<(&'static dyn Measure, Table)> {
-        let mut plan = self.plan.clone();
-        // Some tables have rows although there are no records.
-        if plan.equal_samples().is_some() {
-            plan.case.run.samples = Some(1);
-        }
-        plan.case.verdict.sonine_orders = Some(1);
-        let unsolved = InvalidValue::new("replicas", 0.0, "at least 1");
-        plan.theory.curves = OnceLock::from(Err(unsolved.into()));
-        let none: Vec<Vec<CompletedRun>> = plan.engines.iter().map(|_| Vec::new()).collect();
-        let each = self.measures.iter().enumerate().flat_map(|(measure, one)| {
-            let runs = ReplicaRecords {
-                measure,
-                level: 1.0,
-                finished: &none,
-            };
-            let tables = one.result_tables(&plan, &runs).into_iter();
-            tables.map(move |table| (one, table))
-        });
-        each.map(|(measure, table)| {
-            let rows = Vec::new();
-            (*measure, Table { rows, ..table })
-        })
-        .collect()
-    }
-
-    /// Estimates the memory of the schedule of one engine run \[bytes\].
-    fn schedule_bytes(&self) -> f64 {
-        let looks = self
-            .measures
-            .iter()
-            .map(|one| one.sample_times(&self.plan).len());
-        let (most, all) = looks.fold((0, 0), |(most, all), one| (most.max(one), all + one));
-        DUE * most as f64 + LOOK * all as f64
-    }
-
-    /// Estimates the memory of all tables with rows for each time, with their text and figures in
-    /// the report \[bytes\].
-    fn table_bytes(&self) -> f64 {
-        let plan = &self.plan;
-        let looks = self.measures.iter().map(|one| one.sample_times(plan).len());
-        let most = looks.max().unwrap_or(0);
-        if most < FEW_LOOKS {
-            return 0.0;
-        }
-        let mut all = 0.0;
-        for (one, table) in self.tables_of_measures() {
-            let has = |name: &str| {
-                let keys = table
-                    .columns
-                    .iter()
-                    .filter(|column| column.role == Role::Key);
-                keys.into_iter().any(|column| column.name == name)
-            };
-            if !has("time") {
-                continue;
-            }
-            // Tables made from records of another measure have its times.
-            let times = Some(one.sample_times(plan).len()).filter(|times| *times > 0);
-            let mut rows = (times.unwrap_or(most) * plan.engines.len()) as f64;
-            if has("replica") {
-                rows *= plan.case.replicas as f64;
-            }
-            if has("species") {
-                rows *= plan.gas.species.len() as f64;
-            }
-            all += rows * (ROW + (size_of::<TableCell>() * table.columns.len()) as f64);
-        }
-        REPORTED * all
     }
 
     /// Estimates memory and computing time of the point on a number of threads.
     pub fn cost(&self, threads: usize) -> Cost {
-        let kept = |engine: &EnginePlan| {
-            let count = (self.plan.count() * engine.copies()) as f64;
-            let all = |first: bool| {
-                let measures = self.measures.iter();
-                let kept = measures.filter(|one| {
-                    if first {
-                        one.looks_at(&self.plan, 0)
-                    } else {
-                        share_of_others(**one, &self.plan) > 0.0
-                    }
-                });
-                kept.map(|one| {
-                    let looks = one.sample_times(&self.plan).len() as f64;
-                    count * one.kept_per_particle(&self.plan)
-                        + one.kept_bytes(&self.plan)
-                        + looks * one.kept_per_look(&self.plan)
-                })
-                .sum::<f64>()
-            };
-            [all(true), all(false)]
-        };
-        let kept: Vec<MeasureMemory> = self.plan.engines.iter().map(kept).collect();
-        let (plan, measures) = (&self.plan, self.measures.iter());
-        let sampling = Looks {
-            gathers: measures.clone().any(|one| one.gathers_particles(plan)),
-            working: (measures.clone().map(|one| one.working_bytes(plan))).fold(0.0, f64::max),
-            last: measures
-                .clone()
-                .map(|one| one.kept_last_per_particle(plan))
-                .sum(),
-            schedule: self.schedule_bytes(),
-            tables: self.table_bytes(),
-        };
-        let figures = measures.map(|one| one.figure_bytes(plan)).sum();
-        Cost {
-            pace: self.pace(),
-            ..plan.cost(threads, &kept, &sampling, figures)
-        }
+        estimate_cost(&self.plan, &self.measures, threads)
     }
 
     /// Estimates the computing times of one replica at nominal speeds: its start, its engines, and
     /// companion gases of measures.
     pub fn pace(&self) -> RuntimeEstimate {
-        let mut pace = self.plan.pace();
-        for (seconds, engine) in pace.engines.iter_mut().zip(&self.plan.engines) {
-            let factors = work_with_companions(&self.measures, &self.plan, engine);
-            *seconds = [0, 1].map(|which| seconds[which] * factors[which]);
-        }
-        pace
+        estimate_runtime(&self.plan, &self.measures)
     }
 
     /// Summarises the planned point for the user: derived quantities, choices, warnings,

@@ -14,30 +14,6 @@ use stosszahl_model::Interrupt;
 use stosszahl_model::snapshot::{self, Fingerprint, SnapshotError};
 use stosszahl_results::{ResultsError, half_written};
 
-use crate::gauge::ProgressEstimate;
-
-/// Receiver of progress reports of a run; libraries print nothing.
-pub trait Progress: Sync {
-    /// Reports that a sweep point, or the only point, begins: its name or title, and its work.
-    fn begin_point(&self, _point: usize, _name: &str, _work: ProgressEstimate) {}
-
-    /// Reports the fraction of a part's work that is done, and its collisions since the last
-    /// report. A part is the start or one engine of a replica.
-    fn tell_share(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
-
-    /// Reports in words what a slow part of a run spends its time on.
-    fn tell_activity(&self, _point: usize, _part: usize, _activity: &str) {}
-
-    /// Reports that a sweep point is finished.
-    fn end_point(&self, _point: usize) {}
-
-    /// Reports a note for the user, as text.
-    fn show_note(&self, _text: &str) {}
-}
-
-/// Ignores all progress messages.
-impl Progress for () {}
-
 /// Data stored in a checkpoint.
 pub trait Content: Serialize + DeserializeOwned {
     /// Returns the set of shards that belongs to the checkpoint; `None` without shards.

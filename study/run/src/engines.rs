@@ -1,5 +1,7 @@
 //! Creation of engines from the plan of a case and a start or checkpoint.
 
+pub(crate) mod rank_group;
+
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::{iter, slice};
@@ -18,10 +20,10 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
 use stosszahl_theory::ContactValues;
 
+use crate::engines::rank_group::RankGroup;
 use crate::measure::Needs;
 use crate::measures;
 use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError, threads_each};
-use crate::rank_group::RankGroup;
 use crate::start;
 use crate::start::error::StartError;
 use crate::start::stream::IndependentStart;

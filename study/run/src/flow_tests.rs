@@ -12,7 +12,7 @@ use stosszahl_results::{Table, TableCell, VerdictKind, VerdictText};
 
 use crate::check;
 use crate::control::Control;
-use crate::follow::EngineRun;
+use crate::engine_run::EngineRun;
 use crate::measure::{CompletedRun, Measure, ReplicaRecords};
 use crate::plan::{CasePlan, PlanError};
 use crate::start::placed;

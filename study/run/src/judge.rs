@@ -46,6 +46,7 @@ pub use words::{DifferenceUnit, in_units, margin, percent, quotient, with_error,
 pub mod claims;
 mod impact;
 mod points;
+pub mod power;
 mod words;
 
 /// Creates a verdict of a given kind without a compared number.

@@ -2,54 +2,38 @@
 //!
 //! * [`plan`] derives all quantities of a case, once.
 //! * [`start`] makes the initial state of a replica, [`engines`] the engines that run from it.
-//! * [`follow`] runs each engine through its scheduled times ([`schedule`]).
-//! * [`run`] does that for all points, replicas and engines, and writes a results folder.
-//! * [`run_joined`] shares a results folder with other processes.
-//! * [`run_part`] does a part of a run, and [`merge_parts`] merges the parts.
-//! * [`decomposed`] runs a case with each gas in cells held by several processes.
+//! * [`cost`] estimates memory and time, [`check`] checks a case and summarises it.
+//! * [`engine_run`] runs one engine of one replica through its scheduled times.
+//! * [`run`] does that for all points, replicas and engines, and writes a results folder, in one
+//!   process or in several.
+//! * [`frontier`] measures the error and the cost of settings around a case.
+//! * [`judge`] compares engines with each other and with theory.
 //! * [`measure`] defines measurements; [`measures`] has one file for each, with its observables,
 //!   samples, records, tables and verdicts.
 
-mod accuracy;
 pub mod check;
-mod collision_rate;
 pub mod control;
-pub mod decomposed;
+pub mod cost;
+pub mod engine_run;
 pub mod engines;
-pub mod follow;
 pub mod frontier;
-mod gauge;
-mod join;
 mod journal;
 pub mod judge;
-mod kicks;
 pub mod measure;
 pub mod measures;
-pub mod pace;
-mod parts;
-mod places;
 pub mod plan;
-mod point;
-pub mod power;
-mod question;
-mod rank_group;
-mod replica_task;
 pub mod run;
-pub mod schedule;
 pub mod start;
 pub mod theory;
-mod unsaved;
 mod words;
 
-pub use accuracy::choose_resolution;
 pub use check::{Planned, check_case, format};
-pub use control::Progress;
-pub use gauge::ProgressEstimate;
-pub use join::run_joined;
 pub use measure::{Measure, Probe, ReplicaRecords, SampleContext};
-pub use parts::{PartSummary, RunPart, merge_parts, read_part, run_part};
 pub use plan::CasePlan;
-pub use run::{PointSummary, RunError, RunOptions, RunSummary, run_case};
+pub use run::{
+    PartSummary, PointSummary, Progress, ProgressEstimate, RunError, RunOptions, RunPart,
+    RunSummary, choose_resolutions, merge_parts, read_part, run_case, run_joined, run_part,
+};
 
 #[cfg(test)]
 mod bath_tests;

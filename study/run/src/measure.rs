@@ -7,17 +7,18 @@
 
 use std::any::Any;
 use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use stosszahl_case::format::DifferBeyond;
-use stosszahl_model::{Interrupt, Observer, Particles, Simulation, VelocityMoments};
+use stosszahl_model::{Interrupt, InvalidValue, Observer, Particles, Simulation, VelocityMoments};
 use stosszahl_results::frames::ParticleFrame;
 use stosszahl_results::{Snapshot, Table, VerdictText};
 
 use crate::judge::VerdictRule;
+use crate::judge::power::ReplicaSpread;
 use crate::plan::{CasePlan, EnginePlan};
-use crate::power::ReplicaSpread;
 
 /// Description of a measurement: its name, options, sample times, tables and verdicts.
 pub trait Measure: Sync {
@@ -545,4 +546,39 @@ impl<'a> ReplicaRecords<'a> {
         let finished = self.finished.get(engine).into_iter().flatten();
         finished.filter_map(CompletedRun::record).collect()
     }
+}
+
+/// Returns the empty tables that a run of a case will have, each with its measure, without solving
+/// theory for them.
+pub(crate) fn empty_tables(
+    plan: &CasePlan,
+    measures: &[&'static dyn Measure],
+) -> Vec<(&'static dyn Measure, Table)> {
+    let mut plan = plan.clone();
+    // Some tables have rows although there are no records.
+    if plan.equal_samples().is_some() {
+        plan.case.run.samples = Some(1);
+    }
+    plan.case.verdict.sonine_orders = Some(1);
+    let unsolved = InvalidValue::new("replicas", 0.0, "at least 1");
+    plan.theory.curves = OnceLock::from(Err(unsolved.into()));
+    let none: Vec<Vec<CompletedRun>> = plan.engines.iter().map(|_| Vec::new()).collect();
+    let each = measures.iter().enumerate().flat_map(|(measure, one)| {
+        let runs = ReplicaRecords {
+            measure,
+            level: 1.0,
+            finished: &none,
+        };
+        let tables = one.result_tables(&plan, &runs).into_iter();
+        tables.map(move |table| {
+            (
+                *one,
+                Table {
+                    rows: Vec::new(),
+                    ..table
+                },
+            )
+        })
+    });
+    each.collect()
 }

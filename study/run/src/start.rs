@@ -2,6 +2,7 @@
 //! elastic equilibration.
 
 pub(crate) mod error;
+mod places;
 pub(crate) mod stream;
 
 use nalgebra::{Vector2, Vector3};
@@ -20,8 +21,8 @@ use stosszahl_model::{
 };
 
 use crate::control::Content;
-use crate::places::{ExclusionRule, RandomPlacement};
 use crate::plan::{CasePlan, Confinement, threads_each};
+use crate::start::places::{ExclusionRule, RandomPlacement};
 
 pub use error::{PlacementFailed, StartError};
 

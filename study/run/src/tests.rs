@@ -9,9 +9,10 @@ use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Collision, Interrupt, Observer};
 use stosszahl_results::{Existing, VerdictKind};
 
+use crate::check::question;
 use crate::control::{CheckpointFile, Control};
+use crate::engine_run::{EngineRun, PartError};
 use crate::engines::{self, From};
-use crate::follow::{EngineRun, PartError};
 use crate::judge;
 use crate::measure::{
     CompletedRun, Measure, Needs, NoOptions, Probe, RunStop, SampleContext, SampleProbe, described,
@@ -19,7 +20,6 @@ use crate::measure::{
 };
 use crate::measures::ALL;
 use crate::plan::{CasePlan, EnginePlan};
-use crate::question;
 use crate::start::{Preparation, StartError, is_prepared, placed};
 
 /// Data seen by a probe: collisions, stops and samples, in numbers.
@@ -743,7 +743,7 @@ fn elastic_twins_take_their_time() {
         let planned = crate::check_case(&file).expect("a plan");
         let plan = &planned[0].plan;
         let found = planned[0].cost(1).pace.engines;
-        let alone = plan.pace().engines;
+        let alone = crate::cost::estimate_runtime(plan, &[]).engines;
         assert_eq!(found[1], alone[1]);
         let work =
             crate::measure::work_with_companions(&planned[0].measures, plan, &plan.engines[0]);

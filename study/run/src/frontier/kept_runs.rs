@@ -13,8 +13,6 @@ use super::run_record::RunRecord;
 use super::{FrontierError, FrontierOptions};
 use crate::journal::{Journal, JournalOwner};
 use crate::plan::CasePlan;
-use crate::point::as_json;
-use crate::run::start_file;
 
 /// Name of the journal of runs inside the results folder, for a process that works alone.
 const JOURNAL_FILE: &str = "runs.journal";
@@ -68,9 +66,9 @@ impl KeptRuns {
             (false, true) => Existing::Resume,
             (false, false) => Existing::Refuse,
         };
-        let start = start_file(plan);
+        let start = plan.start_path();
         let inputs: Vec<&Path> = start.iter().map(PathBuf::as_path).collect();
-        let mut case = as_json(plan);
+        let mut case = plan.case_json();
         // The added key tells a frontier's folder from that of a plain run of the case.
         case["frontier"] = true.into();
         let run = RunId::new("", &case, KEYS, &inputs)?;

@@ -21,9 +21,9 @@ use super::kept_runs::{KeptRuns, RunKey, task_of};
 use super::quantity::{MEASURES, observe};
 use super::run_record::{Found, RunRecord, RunResult};
 use super::setting::{RunSetting, engine};
+use crate::engine_run::in_memory::{InMemoryRun, measures, resized};
 use crate::measure::Measure;
 use crate::plan::{CasePlan, EngineKind, PlanError};
-use crate::unsaved::{InMemoryRun, measures, resized};
 
 /// Shortest and longest time between two checks for an unclaimed run, if several processes share
 /// the folder.

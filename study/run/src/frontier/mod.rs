@@ -12,6 +12,7 @@
 //! | `front` | bias, noise, cost, and the Pareto front |
 //! | `orders` | whether errors fall as theory says |
 //! | `recommend` | the cheapest setting for a target, tested on fresh seeds |
+//! | `pilot` | short runs that choose the resolution of a case for `[accuracy] target` |
 //! | `sweep` | all of it, one after the other, and the words |
 //!
 //! A setting is never measured against itself: the reference is theory where that is exact, and
@@ -23,6 +24,7 @@ mod front;
 mod kept_runs;
 mod measure;
 mod orders;
+mod pilot;
 mod quantity;
 mod recommend;
 mod reference;
@@ -41,6 +43,7 @@ use stosszahl_results::{Folder, ResultsError, Table};
 
 use crate::plan::PlanError;
 
+pub(crate) use pilot::choose_resolution;
 pub use quantity::QuantityKind;
 
 /// Options of the measurement of a frontier.

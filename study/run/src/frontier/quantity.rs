@@ -9,10 +9,10 @@ use stosszahl_case::Case;
 use stosszahl_model::transport;
 use toml::{Table, Value};
 
+use crate::engine_run::in_memory::{collision_rate, energies, window};
 use crate::measure::CompletedRun;
 use crate::measures::{GasSeries, last_structure_factor};
 use crate::plan::{CasePlan, EnginePlan};
-use crate::unsaved::{collision_rate, energies, window};
 
 /// Decades of time before the end of the run in which the energy is compared.
 const DECADES: i32 = 2;
@@ -178,14 +178,21 @@ pub(crate) fn observe(
     values
 }
 
-/// Computes the theoretical value of a quantity, if theory is exact in the limit of a large gas;
-/// `None` otherwise.
+/// Computes the theoretical value of a quantity, if theory is exact for the case in the limit of a
+/// large gas; `None` otherwise: for a cooling gas in a box in which waves of shear grow, too.
+pub(crate) fn theory(plan: &CasePlan, quantity: FrontierQuantity) -> Option<Known> {
+    let is_uniform = plan.gas.law.is_elastic() || !plan.has_unstable_modes();
+    uniform_theory(plan, quantity).filter(|_| is_uniform)
+}
+
+/// Computes the theoretical value of a quantity of a gas that stays uniform, if theory is exact in
+/// the limit of a large gas; `None` otherwise.
 ///
 /// An elastic gas conserves its energy, is Maxwellian, collides at Enskog's rate and has uniform
 /// impact parameters. The contact value is right to 0.1 % up to packing 0.5, and N disks of
-/// momentum zero have `sqrt(1 - 1/N)` of the rate. A gas that cools in a box too small for growing
-/// waves of shear follows Haff's law with the relaxation of a2.
-pub(crate) fn theory(plan: &CasePlan, quantity: FrontierQuantity) -> Option<Known> {
+/// momentum zero have `sqrt(1 - 1/N)` of the rate. A cooling gas follows Haff's law with the
+/// relaxation of a2.
+pub(super) fn uniform_theory(plan: &CasePlan, quantity: FrontierQuantity) -> Option<Known> {
     if !plan.has_theory() || plan.case.thermostat.is_some() {
         return None;
     }
@@ -193,7 +200,7 @@ pub(crate) fn theory(plan: &CasePlan, quantity: FrontierQuantity) -> Option<Know
         (true, QuantityKind::Energy) => 1.0,
         (true, QuantityKind::CollisionRate) => (1.0 - 1.0 / plan.count() as f64).sqrt(),
         (true, QuantityKind::Cumulant | QuantityKind::ImpactSlope) => 0.0,
-        (false, QuantityKind::Energy) if !plan.has_unstable_modes() => {
+        (false, QuantityKind::Energy) => {
             transport::relaxing_haff_law(plan.gas.restitution, plan.time_over_haff(quantity.time)?)
         }
         _ => return None,

@@ -5,8 +5,8 @@
 
 use stosszahl_case::format::{SCHEMES, SchemeFormat};
 use stosszahl_dsmc::{
-    Neighbourhood, Parameters, PartnerDisplacement, PartnerSelection, Scheme, SimulatorStart,
-    SimulatorWeights, WallClearance,
+    Neighbourhood, Parameters, PartnerDisplacement, Scheme, SimulatorStart, SimulatorWeights,
+    WallClearance,
 };
 use stosszahl_model::kinetic;
 use stosszahl_results::engine_title;
@@ -35,6 +35,8 @@ pub(crate) struct RunSetting {
     pub refinements: Vec<Refinement>,
 }
 
+/// Numbers of simulators per disk of the settings, from coarse to fine.
+pub(super) const SIMULATORS: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// Smallest number of disks of a smaller system.
 const FEWEST: usize = 64;
 
@@ -119,44 +121,11 @@ impl RunSetting {
         parts.join(", ")
     }
 
-    /// Estimates the computing time of one run with its start \[s\], from counts of work alone,
-    /// since the division of a budget must not depend on a clock.
+    /// Estimates the computing time of one run with its start \[s\] at nominal speeds, since the
+    /// division of a budget must not depend on a clock.
     pub(crate) fn nominal_seconds(&self, plan: &CasePlan) -> f64 {
-        /// Nominal computing time of a pair collision of exact dynamics \[s\].
-        const EXACT: f64 = 6e-7;
-        /// Nominal computing time to place a disk \[s\].
-        const PLACED: f64 = 1e-5;
-        /// Nominal computing time per simulator and time step for flight and sorting \[s\].
-        const FLIGHT: f64 = 5e-8;
-        /// Nominal computing time per simulator and time step for collisions within cells \[s\].
-        const WITHIN: f64 = 2.5e-8;
-        /// Nominal computing time per simulator and time step with partners from the cell of the
-        /// point of contact \[s\].
-        const ESMC: f64 = 4e-7;
-        /// Nominal computing time per simulator and time step with pairs that overlap \[s\].
-        const OVERLAP: f64 = 2.5e-7;
-        /// Nominal computing time of a pair collision with a partner around the point of contact
-        /// \[s\].
-        const AROUND: f64 = 3e-6;
-        let disks = self.disks as f64;
-        let collisions = 0.5 * disks * plan.expected_collisions(plan.case.run.until);
-        let start = 0.5 * disks * plan.equilibration();
-        let run = match self.engine.parameters() {
-            None => EXACT * collisions,
-            Some(parameters) => {
-                let copies = f64::from(parameters.simulators_per_particle);
-                let steps = plan.expected_steps(parameters) * disks * copies;
-                match parameters.scheme.partners() {
-                    PartnerSelection::ContactCell => ESMC * steps,
-                    PartnerSelection::Overlap => OVERLAP * steps,
-                    PartnerSelection::AroundContact => {
-                        FLIGHT * steps + AROUND * collisions * copies
-                    }
-                    PartnerSelection::None | PartnerSelection::WithinCell => WITHIN * steps,
-                }
-            }
-        };
-        run + EXACT * start.max(2e4) + PLACED * disks
+        let share = self.disks as f64 / plan.count() as f64;
+        share * (plan.seconds(&self.engine) + plan.start_seconds())
     }
 }
 
@@ -321,7 +290,7 @@ fn contact_point(list: &mut List<'_>) {
         ..dsmc(Scheme::ContactPoint { radius }, simulators, None, steps)
     };
     let disks = plan.count();
-    let simulators = [1, 2, 4, 8, 16, 32, 64].map(|copies| {
+    let simulators = SIMULATORS.map(|copies| {
         let h = f64::from(copies).recip();
         (h, point(None, copies, 8.0, disks))
     });

@@ -10,12 +10,12 @@ use stosszahl_results::{Table, VerdictText};
 
 use super::gas_series::{GasSample, GasSampling, GasSeries};
 use super::time_blocks::{self};
+use crate::judge::power::ReplicaSpread;
 use crate::judge::title;
 use crate::measure::{
     BadOption, Measure, NoOptions, Probe, ReplicaRecords, SampleProbe, described,
 };
 use crate::plan::{CasePlan, EnginePlan};
-use crate::power::ReplicaSpread;
 
 pub(crate) use flow_verdicts::two_temperature_theory;
 pub(super) use tables::{GasRow, rows};

@@ -17,13 +17,13 @@ use stosszahl_results::{Figure, FigureAxis, PointMark, Table, TableEstimate, Ver
 
 use super::energy::pairs_of;
 use super::mean_over_replicas;
+use crate::judge::power::ReplicaSpread;
 use crate::judge::{self, ImpactTest, title};
 use crate::measure::{
     self, BadOption, Measure, Probe, ReplicaRecords, RunStop, SampleContext, described,
     keeps_record,
 };
 use crate::plan::{CasePlan, EnginePlan};
-use crate::power::ReplicaSpread;
 
 /// Measure `impact_parameters` of collisions in time windows.
 pub struct ImpactMeasure;

@@ -10,8 +10,8 @@ use stosszahl_results::{Table, TableCell, VerdictKind, VerdictText};
 use super::ALL;
 use super::species_record::moments;
 use crate::control::Control;
+use crate::engine_run::EngineRun;
 use crate::engines::{self, From};
-use crate::follow::EngineRun;
 use crate::measure::{CompletedRun, Measure, Needs, ReplicaRecords};
 use crate::plan::CasePlan;
 

@@ -9,7 +9,7 @@ use stosszahl_results::{Snapshot, Table, TableCell};
 
 use super::{collision_log::CollisionLog, snapshots::SnapshotMeasure};
 use crate::control::Control;
-use crate::follow::EngineRun;
+use crate::engine_run::EngineRun;
 use crate::measure::{CompletedRun, Measure, ReplicaRecords, share_of_others};
 use crate::plan::CasePlan;
 

@@ -9,8 +9,8 @@ use stosszahl_results::{Figure, FigureAxis, TableEstimate};
 
 use super::mean_over_replicas;
 use crate::measure::{self, BadOption, Probe, SampleContext, keeps_record};
-use crate::plan::CasePlan;
-use crate::theory::homogeneous::{self, Predicted};
+use crate::plan::{CasePlan, Predicted};
+use crate::theory::homogeneous;
 
 /// Name of the measurement of the velocity correlation.
 pub(super) const CORRELATION: &str = "velocity_correlation";

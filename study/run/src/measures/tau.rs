@@ -8,8 +8,8 @@
 use stosszahl_results::TableEstimate;
 
 use super::species_record::{SpeciesRecord, SpeciesSample, against, measured};
-use crate::plan::CasePlan;
-use crate::theory::homogeneous::{self, Predicted};
+use crate::plan::{CasePlan, Predicted};
+use crate::theory::homogeneous;
 
 /// Computes the rate at which a particle of species 1 collides with its like at temperature 1
 /// \[1/time\], `d tau_1/dt`; `None` if species 1 is a tracer or has many sizes.

@@ -15,7 +15,7 @@ use stosszahl_model::initial::{StartFile, VelocityDistribution};
 use stosszahl_model::{Failure, Grouping, Law, MessageUnits, ParticleSpec, SizeDistribution};
 use stosszahl_theory::{Moment, Temperatures, TheoryError};
 
-use crate::theory::homogeneous::TheoryCurves;
+use super::theory_curves::TheoryCurves;
 
 /// Resolved plan: a case with all quantities that follow from it.
 #[derive(Clone, Debug)]
@@ -233,6 +233,17 @@ impl EnginePlan {
 }
 
 impl CasePlan {
+    /// Converts the case as it is run to JSON.
+    pub(crate) fn case_json(&self) -> serde_json::Value {
+        serde_json::to_value(&self.case).unwrap_or_default()
+    }
+
+    /// Returns the path of the start file of the case; `None` without one.
+    pub(crate) fn start_path(&self) -> Option<PathBuf> {
+        let name = self.case.start.file.as_ref()?;
+        Some(self.folder.join(name))
+    }
+
     /// Returns the number of particles of the gas.
     pub fn count(&self) -> usize {
         self.gas.species.iter().map(|species| species.count).sum()

@@ -15,7 +15,6 @@ use stosszahl_model::{
 };
 
 use super::boundaries;
-use super::cost::available_memory;
 use super::data::{
     CasePlan, ClockPlan, GasPlan, PlanError, PlanNotes, SizeGroup, SpeciesPlan, TheoryCache,
     UnitScale, in_space,
@@ -23,6 +22,7 @@ use super::data::{
 use super::engines;
 use super::free_volume::{covered_area, factor_of_radii, free_volume, uncovered_volume};
 use super::gas::ResolvedGas;
+use super::machine::available_memory;
 use super::species::{self, SizedParticles};
 use super::start_file;
 use super::theory::{dilute_path, rates};

@@ -18,6 +18,7 @@
 //! | `boundaries` | walls, obstacles, streams |
 //! | `free_volume` | volume that obstacles leave to the gas |
 //! | `engines` | the numerical choices of each engine |
+//! | `theory_curves` | solved theory of a gas without positions |
 //! | `times` | sample times |
 //! | `bath` | thermal bath and its steady state |
 //! | `theory` | rates, Haff's law, steady states |
@@ -25,12 +26,12 @@
 //! | `plausible` | implausible numbers, limits of the estimate of the time |
 //! | `si` | names of units |
 //! | `flow_numbers` | Reynolds, Mach and Knudsen number |
-//! | `cost` | memory and time |
+//! | `work` | collisions, candidate pairs, time steps, cells |
+//! | `machine` | threads and memory of the machine |
 
 mod bath;
 mod boundaries;
 mod confinement;
-mod cost;
 mod data;
 mod derive;
 mod engines;
@@ -38,6 +39,7 @@ mod file_species;
 mod flow_numbers;
 mod free_volume;
 mod gas;
+mod machine;
 mod notable;
 mod plausible;
 mod region;
@@ -45,18 +47,18 @@ mod si;
 mod species;
 mod start_file;
 mod theory;
+mod theory_curves;
 mod times;
+mod work;
 
 pub(crate) use confinement::Confinement;
-pub use cost::{
-    Cost, EngineCost, Looks, MeasureMemory, RuntimeEstimate, available_memory, available_threads,
-    threads_each,
-};
 pub(crate) use data::in_space;
 pub use data::{
     CasePlan, ClockPlan, DerivedQuantity, EngineKind, EnginePlan, GasPlan, PlanError, PlanNotes,
     SizeGroup, SpeciesPlan, TheoryCache, UnitScale,
 };
+pub use machine::{available_memory, available_threads, threads_each};
 pub(crate) use notable::RATE_ERROR_IN_A_CELL;
 pub use region::Region;
+pub use theory_curves::{GroupCurve, Predicted, TheoryCurves, TheoryPoint};
 pub use times::logarithmic;

@@ -4,7 +4,7 @@ use stosszahl_case::CaseError;
 use stosszahl_model::snapshot::SnapshotError;
 use stosszahl_results::ResultsError;
 
-use crate::follow::PartError;
+use crate::engine_run::PartError;
 
 /// Largest number of threads of a run.
 pub(crate) const MOST_THREADS: usize = 1024;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use stosszahl_model::Interrupt;
 use stosszahl_results::Existing;
 
-use crate::control::Progress;
+use super::progress::Progress;
 use crate::plan::available_memory;
 
 /// Folder, threads and limits with which [`crate::run_case`] runs a case.

@@ -16,8 +16,8 @@ use stosszahl_model::{
 
 use super::error::StartError;
 use super::streams_of;
-use crate::places::{ExclusionRule, RandomPlacement};
 use crate::plan::{CasePlan, Confinement, EnginePlan};
+use crate::start::places::{ExclusionRule, RandomPlacement};
 
 /// Independent particles of a replica of one engine, in one or several sets.
 pub(crate) struct IndependentStart<'a> {

@@ -7,10 +7,10 @@ use stosszahl_results::{Figure, FigureAxis, Table, VerdictKind, VerdictText, tab
 use super::super::gas_series::GasSeries;
 use super::super::mean_over_replicas;
 use super::{energy_ratio, title};
+use crate::judge::power::ReplicaSpread;
 use crate::judge::{self, ComparedPair, Comparison, DifferenceUnit, Places};
 use crate::measure::ReplicaRecords;
 use crate::plan::{CasePlan, EnginePlan};
-use crate::power::ReplicaSpread;
 use crate::theory::flow;
 
 /// Returns true if the energy is prescribed: conserved by elastic particles in a closed box, or

@@ -10,7 +10,8 @@ use super::super::species_record::{
 };
 use super::super::{mean_over_replicas, tau};
 use crate::plan::CasePlan;
-use crate::theory::homogeneous::{self, GroupCurve, Predicted, TheoryPoint};
+use crate::plan::{GroupCurve, Predicted, TheoryPoint};
+use crate::theory::homogeneous;
 
 /// Row of the table `species.csv`: one species at one time, averaged over replicas.
 #[derive(Default)]

@@ -7,7 +7,30 @@
 
 use std::time::{Duration, Instant};
 
+use crate::cost::estimate_runtime;
 use crate::plan::CasePlan;
+
+/// Receiver of progress reports of a run; libraries print nothing.
+pub trait Progress: Sync {
+    /// Reports that a sweep point, or the only point, begins: its name or title, and its work.
+    fn begin_point(&self, _point: usize, _name: &str, _work: ProgressEstimate) {}
+
+    /// Reports the fraction of a part's work that is done, and its collisions since the last
+    /// report. A part is the start or one engine of a replica.
+    fn tell_share(&self, _point: usize, _part: usize, _share: f64, _collisions: u64) {}
+
+    /// Reports in words what a slow part of a run spends its time on.
+    fn tell_activity(&self, _point: usize, _part: usize, _activity: &str) {}
+
+    /// Reports that a sweep point is finished.
+    fn end_point(&self, _point: usize) {}
+
+    /// Reports a note for the user, as text.
+    fn show_note(&self, _text: &str) {}
+}
+
+/// Ignores all progress messages.
+impl Progress for () {}
 
 /// Progress of one point of a sweep, from the fractions of work done by its parts.
 #[derive(Clone, Debug)]
@@ -46,7 +69,7 @@ impl ProgressEstimate {
 
     /// Creates the progress estimate of a case from the planned times of its start and its engines.
     pub fn for_case(plan: &CasePlan) -> Self {
-        let pace = plan.pace();
+        let pace = estimate_runtime(plan, &[]);
         let engines = pace.engines.iter().map(|[first, _]| *first);
         let parts: Vec<f64> = std::iter::once(pace.start).chain(engines).collect();
         Self::new(plan.case.replicas as usize, &parts)

@@ -15,14 +15,15 @@ use rayon::prelude::*;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Budget, Interrupt, Particles};
 
+use super::error::RunError;
 use crate::check::Planned;
-use crate::follow::{EngineRun, PartError, RunState};
-use crate::kicks::StochasticDrive;
+use crate::cost::RuntimeEstimate;
+use crate::engine_run::kicks::StochasticDrive;
+use crate::engine_run::schedule::{ScheduledEvent, schedule_events};
+use crate::engine_run::{EngineRun, PartError, RunState};
 use crate::measure::{SampleContext, share_of_others, work_with_companions};
 use crate::measures::energy;
-use crate::plan::{CasePlan, RuntimeEstimate};
-use crate::run::RunError;
-use crate::schedule::{ScheduledEvent, schedule_events};
+use crate::plan::CasePlan;
 use crate::start::{Preparation, is_prepared, pairs};
 use crate::theory::homogeneous;
 

@@ -13,15 +13,15 @@ use std::time::{Duration, Instant};
 use stosszahl_case::CaseFile;
 use stosszahl_results::{Folder, FolderWorker, Manifest, ResultsError, TaskClaim, TaskStates};
 
+use super::case_run::{Opened, prepare, require_memory_of_each};
+use super::error::RunError;
+use super::options::RunOptions;
+use super::point::Job;
+use super::replica_task::{ReplicaTask, seconds};
+use super::summary::{PointSummary, RunSummary};
 use crate::check::Planned;
-use crate::follow::PartError;
+use crate::engine_run::PartError;
 use crate::journal::Journal;
-use crate::point::Job;
-use crate::replica_task::{ReplicaTask, seconds};
-use crate::run::error::RunError;
-use crate::run::options::RunOptions;
-use crate::run::summary::{PointSummary, RunSummary};
-use crate::run::{Opened, prepare, require_memory_of_each};
 
 /// Name of the task of writing the tables of a sweep point.
 const FINISH: &str = "finish";

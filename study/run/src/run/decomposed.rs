@@ -12,14 +12,14 @@ use stosszahl_case::CaseFile;
 use stosszahl_dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl_model::random::Streams;
 
+use super::case_run::{Opened, prepare, require_memory_of_each};
+use super::error::RunError;
+use super::options::RunOptions;
+use super::summary::RunSummary;
 use crate::check::Planned;
+use crate::engine_run::EngineRun;
 use crate::engines::hold;
-use crate::follow::EngineRun;
-use crate::rank_group::{Call, RankGroup, send_call};
-use crate::run::error::RunError;
-use crate::run::options::RunOptions;
-use crate::run::summary::RunSummary;
-use crate::run::{Opened, prepare, require_memory_of_each};
+use crate::engines::rank_group::{Call, RankGroup, send_call};
 
 /// Guard that, when dropped, tells the other processes that the run has ended.
 struct Release<'a>(&'a dyn Ranks);

@@ -6,7 +6,7 @@ use stosszahl_case::Case;
 use stosszahl_model::{Interrupt, Particles, kinetic};
 
 use crate::control::Control;
-use crate::follow::{EngineRun, PartError, prepare};
+use crate::engine_run::{EngineRun, PartError, prepare};
 use crate::measure::{CompletedRun, Measure};
 use crate::measures::{self, GasSeries};
 use crate::plan::{CasePlan, EnginePlan};

@@ -17,15 +17,14 @@ use stosszahl_model::Interrupt;
 use stosszahl_model::Particles;
 use stosszahl_results::{CHECKPOINTS, ResultsError, RunPlace, copy_file};
 
+use super::error::RunError;
+use super::progress::Progress;
 use crate::check::Planned;
-use crate::control::{
-    CheckpointFile, CheckpointOrigin, Content, Control, Progress, Set, WriteGuard,
-};
-use crate::follow::{Elsewhere, EngineRun, PartError, Saved, prepare};
+use crate::control::{CheckpointFile, CheckpointOrigin, Content, Control, Set, WriteGuard};
+use crate::engine_run::{Elsewhere, EngineRun, PartError, Saved, prepare};
+use crate::engines::rank_group::RankGroup;
 use crate::measure::CompletedRun;
 use crate::plan::{CasePlan, EnginePlan};
-use crate::rank_group::RankGroup;
-use crate::run::error::RunError;
 use crate::start::{Preparation, StartReport, is_prepared};
 
 /// Task of a run: one replica of one sweep point.

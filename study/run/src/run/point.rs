@@ -6,7 +6,6 @@ use std::thread;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use serde_json::Value;
 use stosszahl_case::CaseFile;
 use stosszahl_case::format::TimeUnit;
 use stosszahl_results::{
@@ -14,20 +13,20 @@ use stosszahl_results::{
     RunQuestion, SNAPSHOTS, StartRecord, StartTest, Table, VerdictText, engine_title,
 };
 
+use super::error::RunError;
+use super::options::RunOptions;
+use super::progress::ProgressEstimate;
+use super::replica_task::{self, Replica, ReplicaTask, TaskContext};
+use super::summary::PointSummary;
 use crate::check::Planned;
+use crate::check::question;
 use crate::control::WriteGuard;
-use crate::follow::PartError;
-use crate::gauge::ProgressEstimate;
+use crate::engine_run::PartError;
+use crate::engines::rank_group::RankGroup;
 use crate::journal::{self, Journal, JournalOwner};
 use crate::judge;
 use crate::measure::{CompletedRun, ReplicaRecords};
 use crate::plan::CasePlan;
-use crate::question;
-use crate::rank_group::RankGroup;
-use crate::replica_task::{self, Replica, ReplicaTask, TaskContext};
-use crate::run::error::RunError;
-use crate::run::options::RunOptions;
-use crate::run::summary::PointSummary;
 use crate::start::StartReport;
 
 /// Share of collisions in cells whose contact value chi is limited, from which a warning is given.
@@ -447,7 +446,7 @@ impl Job<'_> {
             title: self.title(),
             question: asked,
             case_text: file.text.clone(),
-            case: as_json(plan),
+            case: plan.case_json(),
             time_unit: time_unit(plan),
             derived: (plan.derived().into_iter())
                 .map(|one| Derived {
@@ -512,11 +511,6 @@ fn time_unit(plan: &CasePlan) -> stosszahl_results::TimeUnitSize {
         .to_owned(),
         size: plan.time_in_case(),
     }
-}
-
-/// Converts the case as it is run to JSON.
-pub(crate) fn as_json(plan: &CasePlan) -> Value {
-    serde_json::to_value(&plan.case).unwrap_or_default()
 }
 
 /// Lists the replicas whose start was not equilibrated, with the tests that failed.

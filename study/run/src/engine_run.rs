@@ -4,7 +4,11 @@
 //! A run is cut into segments. A segment is a function of the checkpoint before it, and counts of
 //! work, never a clock, determine the cuts. So the results do not depend on where a run is stopped.
 
+mod collision_rate;
 mod error;
+pub(crate) mod in_memory;
+pub(crate) mod kicks;
+pub(crate) mod schedule;
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -17,15 +21,15 @@ use stosszahl_model::{
     Budget, Failure, Interrupt, Observer, Particles, Simulation, VelocityMoments, WorkCounters,
 };
 
-use crate::collision_rate::RateWindow;
 use crate::control::{Content, Control, Rollback, Set};
+use crate::engine_run::collision_rate::RateWindow;
+use crate::engine_run::kicks::StochasticDrive;
+use crate::engine_run::schedule::{ScheduledEvent, schedule_events};
+use crate::engines::rank_group::RankGroup;
 use crate::engines::{self, From as Source};
-use crate::kicks::StochasticDrive;
 use crate::measure::{CompletedRun, Measure, Needs, Probe, RunStop, SampleContext};
 use crate::measures::extended_xyz;
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
-use crate::rank_group::RankGroup;
-use crate::schedule::{ScheduledEvent, schedule_events};
 use crate::start::{Preparation, StartError, StartReport};
 
 pub use error::{Elsewhere, PartError};

@@ -12,13 +12,13 @@ use serde::{Deserialize, Serialize};
 use stosszahl_case::CaseFile;
 use stosszahl_results::Folder;
 
+use super::case_run::{Opened, prepare, require_memory_of_each, run_ids};
+use super::error::RunError;
+use super::options::RunOptions;
+use super::replica_task::ReplicaTask;
+use super::summary::RunSummary;
 use crate::check::format;
 use crate::journal::{Journal, JournalOwner};
-use crate::replica_task::ReplicaTask;
-use crate::run::error::RunError;
-use crate::run::options::RunOptions;
-use crate::run::summary::RunSummary;
-use crate::run::{Opened, prepare, require_memory_of_each, run_ids};
 
 /// Name of the file that describes the part in a results folder.
 const PART_FILE: &str = "part.json";

@@ -1,5 +1,5 @@
-//! Choice of simulators and time step of the Monte Carlo engines for a requested accuracy, by short
-//! pilot runs (`[accuracy] target`).
+//! Pilot runs that choose simulators and time step of the Monte Carlo engines for a requested
+//! accuracy (`[accuracy] target`).
 //!
 //! The pilot is a box of the gas that is too small for growing shear waves, run to `t_0`. Theory is
 //! exact there: Haff's law with the relaxation of a2 for the energy of a cooling gas, Enskog's
@@ -13,18 +13,19 @@
 
 use rayon::prelude::*;
 use stosszahl_analysis::accuracy::{Known, SettingAccuracy};
-use stosszahl_case::format::{self, PlacementSpec, StartSpec};
-use stosszahl_case::{Case, CaseFile};
+use stosszahl_case::Case;
+use stosszahl_case::format::{PlacementSpec, StartSpec};
 use stosszahl_dsmc::Parameters;
-use stosszahl_model::{Interrupt, Particles, transport};
+use stosszahl_model::{Interrupt, Particles};
 
-use crate::check::Planned;
-use crate::follow::PartError;
+use super::quantity::{
+    FrontierQuantity, MEASURES, QuantityKind, measured, observe, quantities, uniform_theory,
+};
+use super::setting::SIMULATORS;
+use crate::engine_run::PartError;
+use crate::engine_run::in_memory::{InMemoryRun, measures, resized};
 use crate::measure::Measure;
 use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError};
-use crate::run::error::RunError;
-use crate::run::options::RunOptions;
-use crate::unsaved::{InMemoryRun, collision_rate, energies, measures, resized};
 use crate::words::percent;
 
 /// Largest number of disks in the pilot runs that choose the Monte Carlo resolution.
@@ -36,8 +37,6 @@ const FEWEST_DISKS: usize = 24;
 const STABLE: f64 = 0.7;
 /// Number of pilot runs for each candidate resolution.
 const RUNS: u64 = 200;
-/// Numbers of simulators per disk that pilot runs try, in this order.
-const SIMULATORS: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
 /// First replica number of the pilot runs. No replica of a case has such a large number, so random
 /// streams never coincide.
 const FIRST: u64 = 1 << 34;
@@ -46,65 +45,18 @@ const COOLING: f64 = 1.0;
 /// Duration of a pilot run of an elastic gas \[mean free times\].
 const ELASTIC: f64 = 20.0;
 
-/// Chooses simulators and time step for each point whose case sets `[accuracy] target`, by pilot
-/// runs.
+/// Chooses the Monte Carlo resolution of one point by pilot runs on the threads of the current pool.
+/// Returns the case with the chosen values, and the reasons as text.
 ///
 /// # Errors
-/// [`RunError`] if the pilot fails or is stopped.
-pub fn choose_resolution<'a>(
-    file: &CaseFile,
-    planned: Vec<Planned<'a>>,
-    options: &RunOptions<'_>,
-    threads: usize,
-) -> Result<Vec<Planned<'a>>, RunError> {
-    if planned.iter().all(|one| one.plan.case.accuracy.is_none()) {
-        return Ok(planned);
-    }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?;
-    let one = |one: Planned<'a>| {
-        let target = one.plan.case.accuracy.as_ref();
-        let Some(target) = target.and_then(format::AccuracySpec::parse_share) else {
-            return Ok(one);
-        };
-        options
-            .progress
-            .show_note("a pilot chooses simulators and time steps for accuracy.target");
-        let found = pool.install(|| choose(&one.plan, target, options.stop));
-        let (case, choices) = found.map_err(RunError::Pilot)?;
-        let mut settled = Planned::plan_point(file, one.point, &case, options.free_memory())?;
-        settled.plan.notes.choices.extend(choices);
-        Ok(settled)
-    };
-    planned.into_iter().map(one).collect()
-}
-
-/// Chooses the Monte Carlo resolution of one point by pilot runs. Returns the case with the chosen
-/// values, and the reasons as text.
-fn choose(
+/// [`PartError`] if the pilot fails or is stopped.
+pub(crate) fn choose_resolution(
     plan: &CasePlan,
     target: f64,
     stop: &Interrupt,
 ) -> Result<(Case, Vec<String>), PartError> {
-    let small = CasePlan::new(&pilot(plan), &plan.folder)?;
-    let measures = measures(&["energy", "impact_parameters"]);
-    let run = |replica| InMemoryRun {
-        plan: &small,
-        measures: &measures,
-        replica,
-        stop,
-    };
-    let starts = (FIRST..FIRST + RUNS).into_par_iter();
-    let search = Search {
-        plan: &small,
-        measures: &measures,
-        stop,
-        starts: starts
-            .map(|replica| run(replica).make_start())
-            .collect::<Result<_, _>>()?,
-        target,
-    };
+    let small = CasePlan::new(&pilot_case(plan), &plan.folder)?;
+    let search = PilotSearch::new(&small, target, stop)?;
     let (mut case, mut words) = (plan.case.clone(), Vec::new());
     for engine in &small.engines {
         let (Some(asked), Some(written)) = (
@@ -122,14 +74,14 @@ fn choose(
         } else {
             written.steps_per_cell_crossing = steps;
         }
-        words.push(choice.words(engine.name, &small, target));
+        words.push(choice.words(engine.name, &search));
     }
     Ok((case, words))
 }
 
 /// Returns the case of the pilot: a small uniform box of the gas, for one Haff time or 20 mean free
 /// times.
-fn pilot(plan: &CasePlan) -> Case {
+fn pilot_case(plan: &CasePlan) -> Case {
     let density = plan.gas.packing_fraction / std::f64::consts::FRAC_PI_4;
     let side = STABLE * plan.critical_length();
     let stable = (density * side * side).min(MOST_DISKS as f64);
@@ -145,8 +97,6 @@ fn pilot(plan: &CasePlan) -> Case {
         case.gas.number = Some(disks as u64);
     }
     let mut case = resized(&case, disks, plan.gas.packing_fraction);
-    case.accuracy = None;
-    case.measure.clear();
     case.engine.ed = None;
     case.run.until = if plan.gas.law.is_elastic() {
         ELASTIC
@@ -154,30 +104,23 @@ fn pilot(plan: &CasePlan) -> Case {
         COOLING
     };
     case.run.time_unit = None;
-    case.run.first_sample = Some(0.5 * case.run.until);
-    case.run.samples_per_decade = Some(1);
-    case.run.samples = None;
-    let window = toml::Value::from(vec![toml::Value::from(vec![0.0, case.run.until])]);
-    let windows = toml::Table::from_iter([("windows".to_owned(), window)]);
-    case.measure.insert("impact_parameters".into(), windows);
-    case
+    measured(&case)
 }
 
 /// Candidate resolution of a Monte Carlo engine, with the accuracy that its pilot runs found.
-struct Choice {
+struct Candidate {
     parameters: Parameters,
     found: SettingAccuracy,
     met: bool,
 }
 
-impl Choice {
-    fn words(&self, engine: &str, small: &CasePlan, target: f64) -> String {
-        let what = if small.gas.law.is_elastic() {
-            "the collision rate over Enskog's"
-        } else {
-            "K at t0 over Haff's law"
+impl Candidate {
+    fn words(&self, engine: &str, search: &PilotSearch<'_>) -> String {
+        let what = match search.quantity.kind {
+            QuantityKind::CollisionRate => "the collision rate over Enskog's",
+            _ => "K at t0 over Haff's law",
         };
-        let target = percent(target);
+        let target = percent(search.target);
         let reason = if self.met {
             format!("sure to be within {target} and the cheapest that is")
         } else {
@@ -190,7 +133,7 @@ impl Choice {
              {} ± {} in {what}; {reason}",
             self.parameters.simulators_per_particle,
             self.parameters.steps_per_cell_crossing,
-            small.count(),
+            search.plan.count(),
             percent(self.found.systematic),
             percent(self.found.systematic_error),
         )
@@ -198,51 +141,75 @@ impl Choice {
 }
 
 /// Search for the cheapest resolution of one Monte Carlo engine whose error is within the target.
-struct Search<'a> {
+struct PilotSearch<'a> {
     plan: &'a CasePlan,
-    measures: &'a [&'static dyn Measure],
+    measures: Vec<&'static dyn Measure>,
     stop: &'a Interrupt,
     starts: Vec<Particles>,
+    /// Quantity at the end of the pilot whose error is to be within the target.
+    quantity: FrontierQuantity,
+    known: Known,
     target: f64,
 }
 
-impl Search<'_> {
-    fn measure(&self, engine: &EnginePlan, parameters: Parameters) -> Result<Choice, PartError> {
-        let plan = self.plan;
-        let elastic = plan.gas.law.is_elastic();
-        let reference = if elastic {
-            (1.0 - 1.0 / plan.count() as f64).sqrt()
+impl<'a> PilotSearch<'a> {
+    fn new(plan: &'a CasePlan, target: f64, stop: &'a Interrupt) -> Result<Self, PartError> {
+        let kind = if plan.gas.law.is_elastic() {
+            QuantityKind::CollisionRate
         } else {
-            transport::relaxing_haff_law(plan.gas.restitution, COOLING)
+            QuantityKind::Energy
         };
+        let time = plan.case.run.until;
+        let quantity = FrontierQuantity { kind, time };
+        let known = uniform_theory(plan, quantity).ok_or_else(|| {
+            let found = "a gas whose cooling has no theory";
+            PlanError::new("accuracy.target", found, "equal smooth disks")
+        })?;
+        let mut search = Self {
+            plan,
+            measures: measures(&MEASURES),
+            stop,
+            starts: Vec::new(),
+            quantity,
+            known,
+            target,
+        };
+        let starts = (FIRST..FIRST + RUNS).into_par_iter();
+        search.starts = starts
+            .map(|replica| search.run(replica).make_start())
+            .collect::<Result<_, _>>()?;
+        Ok(search)
+    }
+
+    fn run(&self, replica: u64) -> InMemoryRun<'_> {
+        InMemoryRun {
+            plan: self.plan,
+            measures: &self.measures,
+            replica,
+            stop: self.stop,
+        }
+    }
+
+    fn measure(&self, engine: &EnginePlan, parameters: Parameters) -> Result<Candidate, PartError> {
         let engine = EnginePlan {
             kind: EngineKind::MonteCarlo(parameters),
             ..engine.clone()
         };
+        let place = quantities(self.plan)
+            .iter()
+            .position(|one| *one == self.quantity);
         let value = |(index, start): (usize, &Particles)| {
-            let run = InMemoryRun {
-                plan,
-                measures: self.measures,
-                replica: FIRST + index as u64,
-                stop: self.stop,
-            };
-            let done = run.run_engine(&engine, start)?;
-            Ok::<_, PartError>(if elastic {
-                collision_rate(plan, &done)
-            } else {
-                energies(&done).last().copied().unwrap_or(f64::NAN)
-            })
+            let done = self.run(FIRST + index as u64).run_engine(&engine, start)?;
+            let values = observe(self.plan, &engine, &done, true);
+            Ok::<_, PartError>(place.map_or(f64::NAN, |place| values[place]))
         };
         let values = self.starts.par_iter().enumerate().map(value);
         let values: Vec<f64> = values.collect::<Result<_, _>>()?;
-        let known = Known {
-            value: reference,
-            standard_error: 0.0,
-        };
         let failed = "a pilot whose values are no numbers";
-        let found = SettingAccuracy::new(&values, known, reference)
+        let unit = self.quantity.kind.unit(self.known.value);
+        let found = SettingAccuracy::new(&values, self.known, unit)
             .ok_or_else(|| PlanError::new("accuracy.target", failed, "numbers"))?;
-        Ok(Choice {
+        Ok(Candidate {
             parameters,
             found,
             // The whole upper limit of the bias counts, at 99 %.
@@ -250,8 +217,8 @@ impl Search<'_> {
         })
     }
 
-    fn choose(&self, engine: &EnginePlan, asked: Parameters) -> Result<Choice, PartError> {
-        let mut best: Option<Choice> = None;
+    fn choose(&self, engine: &EnginePlan, asked: Parameters) -> Result<Candidate, PartError> {
+        let mut best: Option<Candidate> = None;
         for simulators_per_particle in SIMULATORS {
             let parameters = Parameters {
                 simulators_per_particle,
@@ -261,7 +228,7 @@ impl Search<'_> {
             if choice.met {
                 return self.fewer_steps(engine, choice);
             }
-            let size = |choice: &Choice| choice.found.systematic.abs();
+            let size = |choice: &Candidate| choice.found.systematic.abs();
             if (best.as_ref()).is_none_or(|known| size(&choice) < size(known)) {
                 best = Some(choice);
             }
@@ -271,7 +238,11 @@ impl Search<'_> {
 
     /// Halves the number of time steps per cell crossing as long as the error stays within the
     /// target.
-    fn fewer_steps(&self, engine: &EnginePlan, mut choice: Choice) -> Result<Choice, PartError> {
+    fn fewer_steps(
+        &self,
+        engine: &EnginePlan,
+        mut choice: Candidate,
+    ) -> Result<Candidate, PartError> {
         while choice.parameters.steps_per_cell_crossing >= 2.0 {
             let steps_per_cell_crossing = 0.5 * choice.parameters.steps_per_cell_crossing;
             let parameters = Parameters {
