@@ -5,11 +5,11 @@
 //! matters most: they relax slowest, and a lattice has none.
 
 use std::f64::consts::TAU;
+use stosszahl_model::equation_of_state;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-use stosszahl_model::kinetic;
 
 use crate::modes::Modes;
 use crate::statistics::uniform_test;
@@ -78,7 +78,7 @@ pub fn lattice_forgotten(
     packing_fraction: f64,
 ) -> EquilibriumTest {
     let name = "no Bragg peak of the start".to_owned();
-    if packing_fraction >= kinetic::FREEZING {
+    if packing_fraction >= equation_of_state::FREEZING {
         return EquilibriumTest {
             name,
             statistic: f64::NAN,
@@ -86,7 +86,7 @@ pub fn lattice_forgotten(
             passed: None,
             detail: format!(
                 "no meaning at packing {packing_fraction}: from {} on the crystal is the equilibrium",
-                kinetic::FREEZING
+                equation_of_state::FREEZING
             ),
         };
     }
@@ -163,9 +163,9 @@ pub fn long_waves_fluctuate(
     let widest = TAU * LONGEST_WAVES / (lengths[0] * lengths[1]).sqrt();
     let longest = Modes::band(lengths, [0.0, widest.min(LONG_WAVE / diameter)], MOST_MODES);
     let modes = longest.as_ref().map_or(0, |modes| modes.indices().len());
-    let expected = kinetic::structure_factor_at_zero(packing_fraction);
+    let expected = equation_of_state::structure_factor_at_zero(packing_fraction);
     // 0.5 of S(0) must be 3.09 standard errors away.
-    if modes < 39 || packing_fraction >= kinetic::FREEZING {
+    if modes < 39 || packing_fraction >= equation_of_state::FREEZING {
         let detail = if modes < 39 {
             format!("{modes} modes up to k d = {LONG_WAVE} are too few to tell")
         } else {

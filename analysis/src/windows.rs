@@ -129,7 +129,7 @@ impl CollisionWindow {
 
     /// Computes the factors of the dissipation identity. `theory` is the collision rate of
     /// molecular chaos per particle in units of sqrt(T/m), from
-    /// `stosszahl_model::kinetic::collision_rate`. `disks` is the number of particles in one
+    /// `stosszahl_model::equation_of_state::collision_rate`. `disks` is the number of particles in one
     /// replica.
     pub fn dissipation(&self, theory: f64, disks: usize) -> Option<DissipationFactors> {
         if self.collisions == 0 || self.root_temperature <= 0.0 {

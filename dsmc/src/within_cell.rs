@@ -5,7 +5,7 @@ use rand::RngExt;
 use stosszahl_model::random::StreamBundle;
 use stosszahl_model::{
     CollidingPair, Collision, Interrupt, ParticleModel, Restitution, Separation, Sizes, Space,
-    Vector, VectorOf, collide, kinetic,
+    Vector, VectorOf, collide, equation_of_state,
 };
 
 use crate::boundary::{CutCell, GridBoundaries};
@@ -473,7 +473,7 @@ where
     #[inline]
     pub(crate) fn pair_factor(&self, chi: f64, packing: f64, diameters: [f64; 2]) -> f64 {
         P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
-            * kinetic::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
+            * equation_of_state::mixture_contact_value(chi, packing, diameters, self.moment_ratio)
     }
 
     /// Executes the collision of an accepted pair: velocities, spins, displacements, counters and

@@ -1,12 +1,12 @@
 //! Physical model that both engines of stosszahl share: collision law, sizes, box, walls, initial
-//! states, random streams and kinetic theory.
+//! states, random streams and the equation of state.
 //!
 //! The event-driven and the Monte Carlo engine must agree on everything but the one question under
 //! study: *which particles collide, and with which impact parameter*. So this crate holds, once,
 //! the collision law ([`collision`]), the sizes ([`sizes`]), the box ([`domain`]), its images
 //! ([`images`]) and its walls ([`walls`]). It also holds the initial states ([`initial`]), the
-//! thermal bath ([`bath`]), the random streams ([`random`]), the snapshot format ([`snapshot`]), kinetic
-//! theory ([`kinetic`], [`transport`]) and hints about [`memory`].
+//! thermal bath ([`bath`]), the random streams ([`random`]), the snapshot format ([`snapshot`]), the
+//! equation of state ([`equation_of_state`]) and hints about [`memory`].
 //!
 //! # How choices become types
 //!
@@ -28,6 +28,7 @@ pub mod clusters;
 pub mod colliding_pair;
 pub mod collision;
 pub mod domain;
+pub mod equation_of_state;
 pub mod exact;
 pub mod field;
 mod format_short;
@@ -37,7 +38,6 @@ pub mod images;
 pub mod initial;
 pub mod interrupt;
 pub mod invalid;
-pub mod kinetic;
 pub mod memory;
 mod message_units;
 pub mod observer;
@@ -56,7 +56,6 @@ pub mod state;
 pub mod sum;
 pub mod surface;
 pub mod threads;
-pub mod transport;
 pub mod walls;
 
 pub use bath::Bath;

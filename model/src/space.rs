@@ -9,7 +9,7 @@ use rand::{Rng, RngExt};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::kinetic::{self, spheres};
+use crate::equation_of_state::{self, spheres};
 
 /// Vector arithmetic that engines and measurements need; implemented by `nalgebra`'s static
 /// vectors.
@@ -197,17 +197,17 @@ impl Space for Plane {
         vector![vector[2]]
     }
     fn contact_value(packing_fraction: f64) -> f64 {
-        kinetic::contact_value(packing_fraction)
+        equation_of_state::contact_value(packing_fraction)
     }
     fn structure_factor_at_zero(packing_fraction: f64) -> f64 {
-        kinetic::structure_factor_at_zero(packing_fraction)
+        equation_of_state::structure_factor_at_zero(packing_fraction)
     }
-    const RANDOM_CLOSE_PACKING: f64 = kinetic::RANDOM_CLOSE_PACKING;
+    const RANDOM_CLOSE_PACKING: f64 = equation_of_state::RANDOM_CLOSE_PACKING;
     fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {
-        kinetic::mean_free_path(packing_fraction, contact_value)
+        equation_of_state::mean_free_path(packing_fraction, contact_value)
     }
     fn collision_rate(packing_fraction: f64, contact_value: f64) -> f64 {
-        kinetic::collision_rate(packing_fraction, contact_value, 0.0)
+        equation_of_state::collision_rate(packing_fraction, contact_value, 0.0)
     }
     /// Mean speed of a two-dimensional Maxwellian gas over sqrt(T/m): sqrt(pi/2).
     const MEAN_SPEED: f64 = 1.253_314_137_315_500_3;

@@ -8,7 +8,8 @@ use stosszahl_dsmc::{
 use stosszahl_ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine as EventDriven};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Domain, ParticleState, State, kinetic};
+use stosszahl_model::{Domain, ParticleState, State, equation_of_state};
+use stosszahl_theory::{cooling, diffusion};
 
 use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds, mean_and_error};
 
@@ -197,10 +198,10 @@ fn displacements_of_simulators_end_at_their_positions() {
 /// false alarm 1e-3), which may be at most 1.2 %.
 #[test]
 fn simulators_diffuse_as_enskog_says() {
-    let (packing, chi) = (0.1, kinetic::contact_value(0.1));
-    let decay = kinetic::velocity_decay(packing, chi, 1.0);
+    let (packing, chi) = (0.1, equation_of_state::contact_value(0.1));
+    let decay = diffusion::velocity_decay(packing, chi, 1.0);
     let time = 15.8 / decay;
-    let theory = kinetic::steady_displacement(1.0, decay, time);
+    let theory = diffusion::steady_displacement(1.0, decay, time);
     let found: Vec<f64> = (0..24)
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 600, packing, seed);
@@ -241,8 +242,8 @@ fn simulators_diffuse_as_enskog_says() {
 /// errors (t with fifteen degrees of freedom, false alarm 1e-3), which may be at most 5 %.
 #[test]
 fn disks_diffuse_as_enskog_says() {
-    let (packing, chi) = (0.1, kinetic::contact_value(0.1));
-    let decay = kinetic::velocity_decay(packing, chi, 1.0);
+    let (packing, chi) = (0.1, equation_of_state::contact_value(0.1));
+    let decay = diffusion::velocity_decay(packing, chi, 1.0);
     let times = [0.5 / decay, 20.0 / decay];
     let mut ratios = [Vec::new(), Vec::new()];
     for seed in 0..16 {
@@ -262,7 +263,7 @@ fn disks_diffuse_as_enskog_says() {
                 .iter()
                 .zip(&origin)
                 .map(|(a, b)| (a - b).norm_squared());
-            let theory = kinetic::steady_displacement(1.0, decay, time);
+            let theory = diffusion::steady_displacement(1.0, decay, time);
             ratios.push(squares.sum::<f64>() / origin.len() as f64 / theory);
         }
     }
@@ -295,9 +296,9 @@ fn disks_diffuse_as_enskog_says() {
 #[test]
 fn cooling_gas_spreads_as_the_logarithm_of_time() {
     let (packing, r) = (0.05, 0.9);
-    let chi = kinetic::contact_value(packing);
-    let haff = kinetic::haff_time(packing, r, chi);
-    let theory = kinetic::cooling_displacement(r, 2.0) * haff * haff;
+    let chi = equation_of_state::contact_value(packing);
+    let haff = cooling::haff_time(packing, r, chi);
+    let theory = diffusion::cooling_displacement(r, 2.0) * haff * haff;
     let found: Vec<f64> = (0..24)
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 400, packing, seed);

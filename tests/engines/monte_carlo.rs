@@ -8,8 +8,9 @@ use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Budget, Collision, Constant, Observer, Particle, ParticleSpec, Particles, Plane, State, Vector,
-    kinetic,
+    equation_of_state,
 };
+use stosszahl_theory::cooling;
 
 use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds};
 
@@ -79,7 +80,8 @@ fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
             let tally = gas.tally();
             // Only a speed that grew within the step can exceed the sum of the two largest.
             assert!(tally.majorant_violations * 1000 < tally.trials, "{tally:?}");
-            let theory = kinetic::collision_rate(0.25, scheme.contact_value::<Plane>(0.25), 0.0);
+            let theory =
+                equation_of_state::collision_rate(0.25, scheme.contact_value::<Plane>(0.25), 0.0);
             rates.push(2.0 * tally.collisions as f64 / 20_000.0 / 5.0 / theory);
             squares.push(sums.square / tally.collisions as f64 / 6.0);
             for (sum, bin) in bins.iter_mut().zip(sums.bins) {
@@ -108,7 +110,7 @@ fn elastic_rate_speeds_and_impact_parameters_are_those_of_theory() {
 /// 0.2510 at `t_0` (Sonine correction included) within 0.0015.
 #[test]
 fn homogeneous_cooling_follows_haff() {
-    let haff = kinetic::haff_time(0.25, 0.8, kinetic::contact_value(0.25));
+    let haff = cooling::haff_time(0.25, 0.8, equation_of_state::contact_value(0.25));
     let ratios: Vec<f64> = (0..12)
         .map(|seed| {
             let mut gas = engine(

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_model::{InvalidValue, kinetic};
+use stosszahl_model::{InvalidValue, equation_of_state};
 
 use super::component::Component;
 use super::error::TheoryError;
@@ -37,7 +37,7 @@ pub fn values(
             .sum()
     };
     let packing = PI / if dimension == 2 { 4.0 } else { 6.0 } * moment(dimension as i32);
-    let equal = kinetic::contact_value(packing);
+    let equal = equation_of_state::contact_value(packing);
     let fits = packing < 1.0 && (dimension == 3 || equal.is_finite());
     InvalidValue::require(fits, "packing fraction", packing, "below close packing")?;
     let pair = |a: f64, b: f64| {
@@ -47,7 +47,7 @@ pub fn values(
             } else {
                 0.0
             };
-            kinetic::mixture_contact_value(equal, packing, [a, b], ratio)
+            equation_of_state::mixture_contact_value(equal, packing, [a, b], ratio)
         } else {
             let (free, length) = (1.0 - packing, a * b / (a + b));
             let x = PI / 6.0 * moment(2) * length;
@@ -92,7 +92,7 @@ mod tests {
         )
         .expect("room");
         for value in plane {
-            assert!((value / kinetic::contact_value(phi) - 1.0).abs() < 1e-14);
+            assert!((value / equation_of_state::contact_value(phi) - 1.0).abs() < 1e-14);
         }
         assert!(values(3, &[half(2.5)], ContactValues::Enskog).is_err());
         assert_eq!(

@@ -23,9 +23,8 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_model::transport::{
-    DILUTE_VISCOSITY, VISCOSITY_ORDERS, bulk_viscosity, self_diffusion,
-};
+use crate::diffusion::self_diffusion;
+use crate::transport::{DILUTE_VISCOSITY, VISCOSITY_ORDERS, bulk_viscosity};
 
 /// Heat conductivity of dilute elastic disks in all Sonine orders, over that in first order (Gass
 /// 1971).
@@ -112,7 +111,7 @@ impl ElasticDisks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stosszahl_model::transport::elastic_viscosity;
+    use crate::transport::elastic_viscosity;
 
     /// In Gass's form, `eta = eta_0 b [1/(b chi) + 1 + 0.8729 b chi] ` and
     /// `lambda = lambda_0 b [1/(b chi) + 3/2 + 0.8718 b chi]` with b = 2 phi, whose numbers have

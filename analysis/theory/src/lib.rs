@@ -3,6 +3,9 @@
 //!
 //! | module | question |
 //! |---|---|
+//! | [`cooling`] | how does a uniform gas cool, and its velocity distribution with it? |
+//! | [`diffusion`] | how far do its particles get? |
+//! | [`transport`] | how viscous is it, and from which size of the box on do waves of shear grow? |
 //! | [`mixture`] | how do the species of a mixture cool, and how far do they get? |
 //! | [`sonine`] | and if their velocities are not Maxwellian? |
 //! | [`cooling_state`] | which temperature ratios does cooling lead to, and what follows in closed form? |
@@ -24,9 +27,11 @@ pub mod barometric;
 pub mod bath;
 mod component;
 pub mod contact;
+pub mod cooling;
 pub mod cooling_factors;
 pub mod cooling_state;
 pub mod delta_model;
+pub mod diffusion;
 pub mod elastic_disks;
 mod error;
 pub mod integrate;
@@ -34,6 +39,7 @@ pub mod mixture;
 pub mod rough;
 pub mod sonine;
 pub mod three_disks;
+pub mod transport;
 pub mod uniform_shear;
 
 pub use barometric::{BarometricColumn, Layer};

@@ -2,7 +2,8 @@
 //! (with their misprints corrected). Tolerance: half of the unit beside each number, which is that
 //! of its last digit, or 1e-3 of it where the other code was no better.
 
-use stosszahl_model::{Constant, PerPair, Viscoelastic, kinetic};
+use crate::{cooling, diffusion};
+use stosszahl_model::{Constant, PerPair, Viscoelastic, equation_of_state};
 
 use super::*;
 
@@ -164,11 +165,11 @@ fn one_species_is_haff_in_two_and_three_dimensions() {
         assert!((rates.cooling / ((1.0 - r * r) * rates.collisions / d) - 1.0).abs() < 1e-14);
         if dimension == 2 {
             let phi = std::f64::consts::FRAC_PI_4 * 1.5 * 1.5 * 0.07;
-            let chi = kinetic::contact_value(phi);
+            let chi = equation_of_state::contact_value(phi);
             let unit = (0.9_f64 / 2.0).sqrt() / 1.5;
             let time = 2.0 / rates.cooling * unit;
-            assert!((time / kinetic::haff_time(phi, r, chi) - 1.0).abs() < 1e-14);
-            let decay = kinetic::velocity_decay(phi, chi, r) * unit;
+            assert!((time / cooling::haff_time(phi, r, chi) - 1.0).abs() < 1e-14);
+            let decay = diffusion::velocity_decay(phi, chi, r) * unit;
             assert!((rates.velocity / decay - 1.0).abs() < 1e-14);
         }
         let state = CoolingState::at_temperature(&mixture, 0.9).expect("it cools");
@@ -358,7 +359,7 @@ fn fourth_cumulants_of_the_cooling_gas_are_those_of_the_literature() {
                 let found = gas.expand(orders, &[1.0], &[1e4]).expect("smooth");
                 found[0].fourth_cumulants[0]
             };
-            let formula = kinetic::fourth_cumulant(dimension, r);
+            let formula = cooling::fourth_cumulant(dimension, r);
             let second = of(2);
             assert!(
                 (second - formula).abs() < formula * formula,
@@ -384,7 +385,7 @@ fn factors_of_the_cooling_state_follow_its_fourth_cumulant() {
     for (dimension, r) in [(2, 0.5), (2, 0.6), (2, 0.9), (3, 0.8)] {
         let factors =
             |orders| CoolingFactors::for_restitution(dimension, r, orders).expect("factors");
-        let a2 = kinetic::fourth_cumulant_of_montanero_santos(dimension, r);
+        let a2 = cooling::fourth_cumulant_of_montanero_santos(dimension, r);
         let parts = |factors: CoolingFactors| {
             [
                 (factors.collision_rate, -1.0 / 16.0),

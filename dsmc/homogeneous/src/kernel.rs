@@ -2,9 +2,9 @@
 //! relative speed, dilute or with Enskog's contact values.
 
 use std::f64::consts::PI;
+use stosszahl_model::equation_of_state;
 
 use serde::{Deserialize, Serialize};
-use stosszahl_model::kinetic;
 
 /// Contact value χ of the pair correlation by which density raises collision rates: none or
 /// Enskog's.
@@ -13,7 +13,7 @@ pub enum PairCorrelationFactor {
     /// Contact value 1 for all pairs: the Boltzmann gas.
     Dilute,
     /// Contact values of Enskog's theory for a mixture: Santos, Yuste & López de Haro, Mol. Phys.
-    /// 96, 1 (1999) in the plane, with the equal-disk value of [`kinetic::contact_value`]; Boublík
+    /// 96, 1 (1999) in the plane, with the equal-disk value of [`equation_of_state::contact_value`]; Boublík
     /// (1970) and Mansoori et al. (1971) in space.
     Enskog,
 }
@@ -53,7 +53,7 @@ impl CollisionKernel {
         if dimension == 2 {
             let packing = PI / 4.0 * moments[2] / volume;
             let point = 1.0 / (1.0 - packing);
-            let difference = kinetic::contact_value(packing) - point;
+            let difference = equation_of_state::contact_value(packing) - point;
             coefficients[0][1] = 2.0 * point / volume;
             // 2 d_i d_j M_1/((d_i + d_j) M_2) times (a + b) is 4 a b M_1/M_2.
             coefficients[1][1] = 8.0 * difference * moments[1] / moments[2] / volume;
@@ -154,8 +154,8 @@ mod tests {
         }
         let chi_plane = |a: f64, b: f64| {
             let packing = PI / 4.0 * moments[2] / volume;
-            kinetic::mixture_contact_value(
-                kinetic::contact_value(packing),
+            equation_of_state::mixture_contact_value(
+                equation_of_state::contact_value(packing),
                 packing,
                 [2.0 * a, 2.0 * b],
                 moments[1] / moments[2],

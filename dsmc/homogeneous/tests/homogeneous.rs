@@ -392,13 +392,13 @@ fn haff<S: Space>(space: S) {
         MaxwellianMixture::new(S::DIMENSION, vec![one], constant(r), ContactValues::Enskog)
             .expect("a gas");
     let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
-    let a2 = stosszahl_model::kinetic::fourth_cumulant(S::DIMENSION, r);
+    let a2 = stosszahl_theory::cooling::fourth_cumulant(S::DIMENSION, r);
     let error = (2.0 / (d * count as f64)).sqrt();
     for tau in [1.0, 4.0] {
         let time = tau * state.time;
         engine.advance(time, u64::MAX, &mut ()).expect("runs");
         let found = moments(engine.gas(), Some((engine.motion(), time)), None)[0];
-        let haff = stosszahl_model::kinetic::haff_law(tau, a2);
+        let haff = stosszahl_theory::cooling::haff_law(tau, a2);
         // The start is Maxwellian, not yet of this a2: 2e-3 more.
         assert!(
             (found.temperature / haff - 1.0).abs() < 4.4 * error + 2e-3,
@@ -411,7 +411,7 @@ fn haff<S: Space>(space: S) {
             "{found:?} {displacement}"
         );
         let collisions = 2.0 * engine.tally().collisions as f64 / count as f64;
-        let expected = stosszahl_model::kinetic::haff_collisions(S::DIMENSION, r, tau);
+        let expected = stosszahl_theory::cooling::haff_collisions(S::DIMENSION, r, tau);
         // Pair collisions are Poisson at fixed temperature; the temperature's own error adds as
         // much.
         let scatter = 8.8 / (0.5 * collisions * count as f64).sqrt() + 2.0 * error;

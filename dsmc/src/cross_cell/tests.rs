@@ -7,8 +7,9 @@ use rayon::prelude::*;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{
     Collision, Constant, Free, Observer, ParticleModel, Plane, Polydisperse, Scene, Shear, Sheared,
-    Sizes, Smooth, Space, State, Vector, VectorOf, Volume, kinetic,
+    Sizes, Smooth, Space, State, Vector, VectorOf, Volume, equation_of_state,
 };
+use stosszahl_theory::cooling;
 
 use super::coloured_sweep::sweep_around;
 use super::halo_copy::HaloCopy;
@@ -497,7 +498,7 @@ fn energy_left(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f
     let temperature = state.temperature(&scene);
     let mut engine =
         DsmcEngine::new(&scene, parameters, &state, Streams::new(seed, 0)).expect("an engine");
-    let haff = kinetic::haff_time(packing, 0.8, Plane::contact_value(packing));
+    let haff = cooling::haff_time(packing, 0.8, Plane::contact_value(packing));
     engine.advance(1.5 * haff / temperature.sqrt(), u64::MAX, &mut ());
     engine.state().temperature(&scene) / temperature
 }
@@ -610,7 +611,7 @@ fn unequal_disks_meet_at_the_rates_of_a_mixture() {
     let moments = (1.0 + 2.0) / (1.0 + 4.0);
     let rate = |i: usize, j: usize, temperature: f64| {
         let diameters = [2.0 * kinds[i].0, 2.0 * kinds[j].0];
-        let chi = kinetic::mixture_contact_value(
+        let chi = equation_of_state::mixture_contact_value(
             Plane::contact_value(packing),
             packing,
             diameters,

@@ -6,7 +6,7 @@ use rand::RngExt;
 use stosszahl_model::random::{Purpose, ShortStream, Streams};
 use stosszahl_model::{
     CollidingPair, Domain, Free, ParticleModel, Restitution, Sizes, Smooth, Space, State, Vector,
-    VectorOf, collide, kinetic,
+    VectorOf, collide, equation_of_state,
 };
 
 use crate::{Neighbourhood, Parameters, PartnerDisplacement, Scheme};
@@ -169,7 +169,7 @@ impl<P: ParticleModel<Surface = Smooth, Field = Free>> Plain<P> {
             / moments.map(|d| d.powi(dimension as i32)).sum::<f64>();
         let factor = |diameters: [f64; 2]| {
             P::Space::cross_section(0.5 * (diameters[0] + diameters[1]))
-                * kinetic::mixture_contact_value(chi, packing.min(0.9), diameters, ratio)
+                * equation_of_state::mixture_contact_value(chi, packing.min(0.9), diameters, ratio)
         };
         let largest = 2.0 * sizes.largest_radius();
         let mut ceiling = chi * P::Space::cross_section(largest);

@@ -4,7 +4,7 @@ use nalgebra::vector;
 use stosszahl_ed::{
     DiskBoundaries, DissipationRule, EventDrivenEngine, EventDrivenError, Touchable,
 };
-use stosszahl_model::kinetic::contact_value;
+use stosszahl_model::equation_of_state::contact_value;
 use stosszahl_model::walls::{ObstacleShape, Wall};
 use stosszahl_model::{Field, Gravity, ParticleModel, Plane, Smooth, State};
 

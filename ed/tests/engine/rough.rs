@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenEngine};
-use stosszahl_model::kinetic::contact_value;
+use stosszahl_model::equation_of_state::contact_value;
 use stosszahl_model::{State, Surface};
 
 use crate::support::{Grains, down, gas, grains, rough};

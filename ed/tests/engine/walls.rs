@@ -5,7 +5,7 @@ use stosszahl_ed::{
     DiskBoundaries, DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, EventDrivenError,
     Touchable,
 };
-use stosszahl_model::kinetic::contact_value;
+use stosszahl_model::equation_of_state::contact_value;
 use stosszahl_model::walls::{Face, ObstacleShape, Vibration, Wall, WallLedger, Walls};
 use stosszahl_model::{Domain, ParticleModel, ParticleState, Plane, Rebound, State};
 

@@ -774,7 +774,7 @@ fn luding_1998_has_the_published_time() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../cases/luding-1998.toml");
     let file = CaseFile::read(&path, &[]).expect("a case");
     let plan = CasePlan::new(&file.points[0].case, Path::new("")).expect("a plan");
-    let chi = stosszahl_model::kinetic::contact_value(0.25);
+    let chi = stosszahl_model::equation_of_state::contact_value(0.25);
     let reduced = std::f64::consts::PI.sqrt() / (2.0 * 0.36 * 0.25 * chi);
     let wanted = reduced * 0.001 / (0.2047 * 0.5_f64.sqrt());
     assert!((plan.time_in_case() / wanted - 1.0).abs() < 1e-14);

@@ -5,8 +5,10 @@ use clap::{Args, ValueEnum};
 use stosszahl_ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, StripedEngine};
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::{
-    InvalidValue, ParticleModel, ParticleState, Plane, Scene, Shear, Sheared, State, kinetic,
+    InvalidValue, ParticleModel, ParticleState, Plane, Scene, Shear, Sheared, State,
+    equation_of_state,
 };
+use stosszahl_theory::cooling;
 
 use super::{BenchWork, Speed, timed};
 use crate::TrialError;
@@ -62,7 +64,7 @@ impl BenchEd {
     /// Creates the benchmark's disks and equilibrates them by elastic collisions.
     fn start(&self) -> Result<State<EqualDisks>, TrialError> {
         let (packing, each) = (self.packing_fraction, self.equilibrate);
-        let good = packing > 0.0 && packing <= kinetic::CLOSE_PACKING;
+        let good = packing > 0.0 && packing <= equation_of_state::CLOSE_PACKING;
         InvalidValue::require(
             good,
             "--packing-fraction",
@@ -136,11 +138,12 @@ impl BenchEd {
             (5 * u64::from(self.disks)).max(1_000_000)
         };
         let collisions = self.collisions.unwrap_or(all);
-        let chi = kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING));
+        let chi =
+            equation_of_state::contact_value(packing.min(0.999 * equation_of_state::CLOSE_PACKING));
         let unit = if restitution < 1.0 {
-            kinetic::haff_time(packing, restitution, chi)
+            cooling::haff_time(packing, restitution, chi)
         } else {
-            1.0 / kinetic::collision_rate(packing, chi, 0.0)
+            1.0 / equation_of_state::collision_rate(packing, chi, 0.0)
         };
         let until = self.until.map_or(f64::INFINITY, |time| time * unit);
         let (engine, seconds, cpu) = timed(|| -> Result<_, TrialError> {

@@ -11,7 +11,7 @@
 
 use std::f64::consts::PI;
 
-use stosszahl_model::kinetic;
+use stosszahl_model::equation_of_state;
 use stosszahl_results::{
     Figure, FigureAxis, FinishedPoints, NumberNotFound, Table, TableEstimate, TableRow, table,
 };
@@ -107,10 +107,10 @@ fn mean(a: TableEstimate, b: TableEstimate) -> TableEstimate {
 fn few_disks_ratio(disks: f64, packing: f64) -> f64 {
     let near = 1e-3;
     let [below, own, above] = [packing - near, packing, packing + near]
-        .map(|phi| phi * phi * kinetic::contact_value(phi));
+        .map(|phi| phi * phi * equation_of_state::contact_value(phi));
     let second = (below - 2.0 * own + above) / (near * near);
-    let structure = kinetic::structure_factor_at_zero(packing);
-    let pairs = 1.0 - 0.5 * structure / disks * second / kinetic::contact_value(packing);
+    let structure = equation_of_state::structure_factor_at_zero(packing);
+    let pairs = 1.0 - 0.5 * structure / disks * second / equation_of_state::contact_value(packing);
     let gammas = (2..disks as u32).fold(2.0 / PI.sqrt(), |ratio, n| {
         ratio * f64::from(n - 1) / (f64::from(n) - 0.5)
     });
@@ -344,8 +344,8 @@ fn onset(results: &FinishedPoints) -> Result<Table, TrialError> {
     let restitutions = coordinates(gases.iter().map(|gas| gas.at), 1);
     let mut alone = Vec::new();
     for packing in THREE_DISKS {
-        let chi = kinetic::contact_value(packing);
-        let until = 2.0 / kinetic::collision_rate(packing, chi, 0.0);
+        let chi = equation_of_state::contact_value(packing);
+        let until = 2.0 / equation_of_state::collision_rate(packing, chi, 0.0);
         let (_, orders) = three_disks::onset(&restitutions, until, SAMPLES, 1);
         for (&restitution, order) in restitutions.iter().zip(orders) {
             let slope = TableEstimate::with_error(order.value, Some(order.standard_error));

@@ -3,8 +3,8 @@
 
 use stosszahl_ed::EventDrivenError;
 use stosszahl_model::State;
+use stosszahl_model::equation_of_state::CLOSE_PACKING;
 use stosszahl_model::initial::Arrangement;
-use stosszahl_model::kinetic::CLOSE_PACKING;
 
 use super::gas::{ENERGY, OVERLAP, Planar, RunEnd, StressGas, disordered, few};
 use crate::gas::{EqualDisks, disks, fluid};

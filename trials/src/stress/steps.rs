@@ -3,8 +3,8 @@
 
 use nalgebra::vector;
 use stosszahl_dsmc::{DsmcError, PartnerDisplacement};
-use stosszahl_model::kinetic;
-use stosszahl_model::transport::critical_length;
+use stosszahl_model::equation_of_state;
+use stosszahl_theory::transport::critical_length;
 
 use super::schemes::{ConservedSums, SchemeRun, each, engine, setups, uniform, warm};
 use crate::gas::{domain, random, scattered};
@@ -151,7 +151,11 @@ fn deep(log: &mut TrialLog) -> Done {
     const PACKING: f64 = 0.1;
     let start = uniform(100, PACKING, 9)?;
     let side = start.domain.lengths()[0];
-    let critical = critical_length(PACKING, kinetic::contact_value(PACKING), RESTITUTION);
+    let critical = critical_length(
+        PACKING,
+        equation_of_state::contact_value(PACKING),
+        RESTITUTION,
+    );
     must!(log, side < critical; "a box of {side:.1} d, in which shear modes from {critical:.1} d grow");
     each(log, &[RESTITUTION], &start, |log, run| {
         let count = run.engine.simulators() as f64;

@@ -2,7 +2,7 @@
 //! three disks.
 
 use stosszahl_analysis::helfand::Helfand;
-use stosszahl_model::{Budget, Collision, Observer, kinetic};
+use stosszahl_model::{Budget, Collision, Observer, equation_of_state};
 use stosszahl_theory::ElasticDisks;
 
 use super::gas::{exact, start};
@@ -42,7 +42,7 @@ pub(super) fn test_bulk(log: &mut TrialLog) -> Done {
     };
     let fluid = ElasticDisks {
         packing_fraction: PACKING,
-        contact_value: kinetic::contact_value(PACKING),
+        contact_value: equation_of_state::contact_value(PACKING),
     };
     let area = DISKS as f64 * 0.25 * std::f64::consts::PI / PACKING;
     let (found, seconds) = over_seeds(0..replicas, |seed| {
@@ -66,7 +66,7 @@ pub(super) fn test_bulk(log: &mut TrialLog) -> Done {
         .map(|step| step as f64 * LAG_STEP / STEPS as f64)
         .collect();
     let corrections = bulk_viscosity(&lags, samples, 1);
-    let rate = kinetic::collision_rate(PACKING, fluid.contact_value, 0.0);
+    let rate = equation_of_state::collision_rate(PACKING, fluid.contact_value, 0.0);
     for lag in [1, LAG_COUNT] {
         // The moment over a lag is the mean of its slopes up to there.
         let slopes = &corrections[..=lag * STEPS];

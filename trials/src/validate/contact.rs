@@ -10,7 +10,8 @@ use stosszahl_analysis::contact_value::{ContactFlux, number_of_pairs, separation
 use stosszahl_analysis::replicas::ratio_of_means;
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_dsmc::Parameters;
-use stosszahl_model::{Budget, Simulation, kinetic};
+use stosszahl_model::{Budget, Simulation, equation_of_state};
+use stosszahl_theory::cooling;
 
 use super::gas::{exact, monte_carlo, start};
 use super::over_seeds;
@@ -69,7 +70,7 @@ impl UnitDiskGas {
         let pairs = number_of_pairs(true, [disks; 2], disks / simulators);
         let norm = window.norm(2, pairs, gas.particles().volume());
         // The gas as a whole is at rest.
-        let sonine = 1.0 - kinetic::fourth_cumulant(2, self.restitution) / 16.0;
+        let sonine = 1.0 - cooling::fourth_cumulant(2, self.restitution) / 16.0;
         let expected = sonine * (simulators / (simulators - 1.0)).sqrt();
         let sums = window.pair_sums([0, 0]);
         Ok([
@@ -135,7 +136,7 @@ pub(super) fn test_contact(log: &mut TrialLog) -> Done {
     let more = if log.effort.quick { 1 } else { 4 };
     let what = "g(d+) by flux over (1 + r)/(2 r) χ of the collision rate";
     for packing in PACKINGS {
-        let chi = kinetic::contact_value(packing);
+        let chi = equation_of_state::contact_value(packing);
         let place = |scheme, setting, found: &ContactValue| {
             RowPlace::new("exact", scheme, setting, packing, found.seconds)
         };

@@ -12,7 +12,8 @@
 use stosszahl_analysis::fit::{self, FitPoint};
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_dsmc::Parameters;
-use stosszahl_model::{kinetic, transport};
+use stosszahl_model::equation_of_state;
+use stosszahl_theory::cooling;
 
 use super::gas::{advance, energy, monte_carlo, start};
 use super::over_seeds;
@@ -66,8 +67,8 @@ const TOLERANCES: [f64; 3] = [0.005, 0.01, 0.002];
 /// fourth cumulant a2.
 fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], TrialError> {
     let start = start(DISKS, PACKING, seed, EQUILIBRATE)?;
-    let chi = kinetic::contact_value(PACKING);
-    let enskog = kinetic::collision_rate(PACKING, chi, 0.0);
+    let chi = equation_of_state::contact_value(PACKING);
+    let enskog = equation_of_state::collision_rate(PACKING, chi, 0.0);
     let mut gas = monte_carlo(&start, 1.0, parameters, seed)?;
     advance(&mut *gas, ELASTIC[0] / enskog, &mut ())?;
     let (before, origin) = (gas.work_counters().collisions, gas.time());
@@ -82,7 +83,7 @@ fn measure(parameters: Parameters, seed: u64) -> Result<[f64; 3], TrialError> {
     let cumulant = energy(&gas.particles()).fourth_cumulant;
     Ok([
         rate / (1.0 - count.recip()).sqrt(),
-        temperature / transport::relaxing_haff_law(RESTITUTION, 1.0),
+        temperature / cooling::relaxing_haff_law(RESTITUTION, 1.0),
         unbiased_cumulant(cumulant, gas.particle_count()),
     ])
 }

@@ -8,7 +8,7 @@
 //! dynamics of 48 disks, which has the same effects.
 
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_model::{kinetic, transport};
+use stosszahl_theory::cooling;
 
 use super::schemes::{SchemeQuantity, SchemeSetting};
 use super::small_gas::{DISKS, EQUILIBRATE, PACKING, RESTITUTION, cumulant, haff_time};
@@ -45,7 +45,7 @@ fn mean_cumulant(courses: &[GasCourse]) -> Result<Estimate, TrialError> {
 }
 
 fn law(time: f64) -> f64 {
-    transport::relaxing_haff_law(RESTITUTION, time)
+    cooling::relaxing_haff_law(RESTITUTION, time)
 }
 
 /// Tests the cooling of exact disks, and of all Monte Carlo schemes at all settings, against Haff's
@@ -55,7 +55,7 @@ pub(super) fn test_cooling(log: &mut TrialLog) -> Done {
     let many = if log.effort.quick { 16 } else { 400 };
     let gas = small_gas();
     let (exact, seconds) = gas.follow_all(&ExactDynamics, few)?;
-    let simplest = kinetic::fourth_cumulant(2, RESTITUTION);
+    let simplest = cooling::fourth_cumulant(2, RESTITUTION);
     let cumulant = cumulant()?;
     let here =
         RowPlace::new("cooling", "event-driven", "48 disks", PACKING, seconds).only_default(false);

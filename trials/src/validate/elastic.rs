@@ -13,7 +13,8 @@ use stosszahl_analysis::modes::{Modes, shear_waves};
 use stosszahl_analysis::relaxation::{decay_rate, diffusion};
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_dsmc::{DsmcEngine, Tracked};
-use stosszahl_model::{Particles, kinetic, transport};
+use stosszahl_model::{Particles, equation_of_state};
+use stosszahl_theory::{diffusion, transport};
 
 use super::gas::{amplitudes, cells, columns, energy, modes, start, waves};
 use super::over_seeds;
@@ -100,12 +101,12 @@ struct Plan {
 
 impl Plan {
     fn new(packing: f64, cell: f64, start: &Particles) -> Result<Self, TrialError> {
-        let chi = kinetic::contact_value(packing);
-        let free = 1.0 / kinetic::collision_rate(packing, chi, 0.0);
+        let chi = equation_of_state::contact_value(packing);
+        let free = 1.0 / equation_of_state::collision_rate(packing, chi, 0.0);
         let viscosity = transport::kinematic_viscosity(packing, chi);
         let lengths = [start.lengths[0], start.lengths[1]];
         // Wavelength that is long against the mean free path and the diameter.
-        let target = (0.15 / kinetic::mean_free_path(packing, chi)).min(0.2);
+        let target = (0.15 / equation_of_state::mean_free_path(packing, chi)).min(0.2);
         let first = std::f64::consts::TAU / lengths[0];
         let wave_index = (target / first).round().max(1.0);
         let wave = wave_index * first;
@@ -333,7 +334,7 @@ fn table(
         SchemeSetting::Own => 0.0075,
         SchemeSetting::Eight | SchemeSetting::Refined => 0.005,
     };
-    let z = kinetic::compressibility_factor(packing, 1.0);
+    let z = equation_of_state::compressibility_factor(packing, 1.0);
     let mut rows = Vec::new();
     let mut add = |what: String, found: Estimate, quantity, tolerance: f64| {
         let claimed = method.claims(setting, quantity) && tolerance > 0.0;
@@ -351,7 +352,7 @@ fn table(
         Pressure,
         0.02,
     );
-    let diffusion = divided_by(diffusion, transport::self_diffusion(packing, chi));
+    let diffusion = divided_by(diffusion, diffusion::self_diffusion(packing, chi));
     add("self-diffusion/Enskog".into(), diffusion, Diffusion, 0.05);
     let what = format!("shear viscosity/Enskog, k d = {:.3}", plan.wave);
     let decay = divided_by(decay, theory * mean(|gas| gas.speed)?.value);
@@ -379,7 +380,7 @@ fn table(
             );
         }
     }
-    let zero = kinetic::structure_factor_at_zero(packing);
+    let zero = equation_of_state::structure_factor_at_zero(packing);
     // The mean over m independent simulators for each disk fluctuates m times less than the disks.
     let of_disks = mean(|gas| gas.weight)?.value;
     let ratio = divided_by(mean(|gas| gas.compressibility)?, zero);

@@ -1,8 +1,8 @@
 //! Homogeneously cooling gas of 48 disks for validation, and its theory. Shear modes cannot grow in
 //! its small box.
 
-use stosszahl_model::{Constant, kinetic};
-use stosszahl_theory::{Component, ContactValues, MaxwellianMixture, TheoryError};
+use stosszahl_model::{Constant, equation_of_state};
+use stosszahl_theory::{Component, ContactValues, MaxwellianMixture, TheoryError, cooling};
 
 /// Packing fraction of the cooling gas.
 pub(super) const PACKING: f64 = 0.25;
@@ -32,5 +32,9 @@ pub(super) fn cumulant() -> Result<f64, TheoryError> {
 /// Returns Haff's time `t_0` of the cooling gas, in units of the diameter over the initial thermal
 /// speed.
 pub(super) fn haff_time() -> f64 {
-    kinetic::haff_time(PACKING, RESTITUTION, kinetic::contact_value(PACKING))
+    cooling::haff_time(
+        PACKING,
+        RESTITUTION,
+        equation_of_state::contact_value(PACKING),
+    )
 }

@@ -8,7 +8,7 @@
 use stosszahl_analysis::modes::Modes;
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_dsmc::{Parameters, Scheme};
-use stosszahl_model::{Particles, Simulation, kinetic};
+use stosszahl_model::{Particles, Simulation, equation_of_state};
 
 use super::gas::{advance, amplitudes, exact, monte_carlo, start};
 use super::over_seeds;
@@ -41,7 +41,12 @@ const BETWEEN: f64 = 8.0;
 /// Measures the structure factor S(k) of one gas around each wave number, averaged over samples and
 /// modes.
 fn follow(mut gas: Box<dyn Simulation>) -> Result<[f64; WAVES.len()], TrialError> {
-    let free = 1.0 / kinetic::collision_rate(PACKING, kinetic::contact_value(PACKING), 0.0);
+    let free = 1.0
+        / equation_of_state::collision_rate(
+            PACKING,
+            equation_of_state::contact_value(PACKING),
+            0.0,
+        );
     let origin = gas.time();
     let particles = gas.particles();
     let lengths = [particles.lengths[0], particles.lengths[1]];
@@ -75,7 +80,7 @@ pub(super) fn test_structure(log: &mut TrialLog) -> Done {
     let mut references = Vec::new();
     for (wave, (k, _)) in WAVES.into_iter().enumerate() {
         let reference = mean(found.iter().map(|gas| gas[wave]))?;
-        let theory = kinetic::structure_factor_at_zero(PACKING);
+        let theory = equation_of_state::structure_factor_at_zero(PACKING);
         log.claim(&here, format!("S(k d = {k:.1})"), theory, reference, None);
         references.push(reference);
     }

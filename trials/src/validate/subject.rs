@@ -9,7 +9,8 @@ use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_dsmc::Parameters;
-use stosszahl_model::{Particles, Plane, Simulation, kinetic, transport};
+use stosszahl_model::{Particles, Plane, Simulation, equation_of_state};
+use stosszahl_theory::cooling;
 
 use super::gas::{advance, energy, exact, monte_carlo, start};
 use super::over_seeds;
@@ -211,7 +212,8 @@ fn courses(
 /// colliding pairs with `<g²>` = 6 T/m and uniform impact parameters, constant energy, Maxwellian
 /// velocities.
 fn elastic(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog) -> Done {
-    let enskog = kinetic::collision_rate(DENSE, kinetic::contact_value(DENSE), 0.0);
+    let enskog =
+        equation_of_state::collision_rate(DENSE, equation_of_state::contact_value(DENSE), 0.0);
     let times = vec![ELASTIC_TIME / enskog];
     let (courses, here) = courses(subject, "elastic", work.elastic, (DENSE, 1.0), times)?;
     let disks = work.elastic.0;
@@ -241,12 +243,16 @@ fn elastic(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog)
 /// Tests homogeneous cooling of dilute disks with r = 0.8: the energy by Haff's law with the
 /// relaxation of a2 within 1 %, and a2 of the Boltzmann equation.
 fn cooling(subject: &dyn CollisionMethod, work: ClaimEffort, log: &mut TrialLog) -> Done {
-    let haff = kinetic::haff_time(DILUTE, RESTITUTION, kinetic::contact_value(DILUTE));
+    let haff = cooling::haff_time(
+        DILUTE,
+        RESTITUTION,
+        equation_of_state::contact_value(DILUTE),
+    );
     let times = COOLING_TIMES.map(|time| time * haff).to_vec();
     let gas = (DILUTE, RESTITUTION);
     let (courses, here) = courses(subject, "cooling", work.cooling, gas, times)?;
     for (index, time) in COOLING_TIMES.into_iter().enumerate() {
-        let law = transport::relaxing_haff_law(RESTITUTION, time);
+        let law = cooling::relaxing_haff_law(RESTITUTION, time);
         let ratio = mean_over(&courses, |course| {
             Some(course.temperatures.get(index)? / law)
         })?;

@@ -11,7 +11,8 @@
 use stosszahl_analysis::modes::Amplitude;
 use stosszahl_analysis::relaxation::decay_rate;
 use stosszahl_analysis::statistics::Estimate;
-use stosszahl_model::{Simulation, kinetic, transport};
+use stosszahl_model::{Simulation, equation_of_state};
+use stosszahl_theory::{cooling, transport};
 
 use super::gas::{advance, amplitudes, exact, kick, modes, monte_carlo, start, waves};
 use super::over_seeds;
@@ -56,7 +57,7 @@ fn follow(mut gas: Box<dyn Simulation>) -> Result<Found, TrialError> {
         let logarithm = FIRST + f64::from(sample) * SPACING;
         advance(&mut *gas, logarithm.exp_m1() * haff_time(), &mut ())?;
         let state = gas.particles();
-        let temperature = transport::relaxing_haff_law(RESTITUTION, logarithm.exp_m1());
+        let temperature = cooling::relaxing_haff_law(RESTITUTION, logarithm.exp_m1());
         let found = waves(&state, &kicked)?.0;
         for (parts, series) in found.chunks(2).zip(&mut series) {
             for (values, value) in series.iter_mut().zip(parts.iter().flatten()) {
@@ -106,7 +107,7 @@ impl Growth {
         exact: Option<&Self>,
         claim: Option<f64>,
     ) {
-        let chi = kinetic::contact_value(PACKING);
+        let chi = equation_of_state::contact_value(PACKING);
         let critical = transport::critical_wave_number(PACKING, chi, RESTITUTION);
         for (index, n) in KICKED.into_iter().enumerate() {
             let k = first * f64::from(n);

@@ -2,8 +2,9 @@
 //! engines, gases without positions and hard cases.
 
 use std::time::Instant;
-
-use stosszahl_model::{kinetic, transport};
+use stosszahl_model::equation_of_state;
+use stosszahl_theory::cooling::{fourth_cumulant, haff_time};
+use stosszahl_theory::transport;
 
 use super::schemes::METHODS;
 use super::subject::{ClaimEffort, ContactPoint, ExactDynamics, claims};
@@ -34,19 +35,25 @@ trials! {
 #[expect(clippy::unnecessary_wraps, reason = "as every trial")]
 fn literature(log: &mut TrialLog) -> Done {
     let began = Instant::now();
-    let chi = kinetic::contact_value(0.25);
+    let chi = equation_of_state::contact_value(0.25);
     // d = 1 mm, packing 0.25, r = 0.8 and a root mean squared speed of 0.2047 m/s, in 1/s. The
     // speed is itself rounded to four digits, which moves 1/t0 by 0.15 %.
-    let luding = 0.2047 / 2.0_f64.sqrt() / (0.001 * kinetic::haff_time(0.25, 0.8, chi));
+    let luding = 0.2047 / 2.0_f64.sqrt() / (0.001 * haff_time(0.25, 0.8, chi));
     let length = transport::critical_length(0.25, chi, 0.8);
-    let cumulant = kinetic::fourth_cumulant(2, 0.8);
+    let cumulant = fourth_cumulant(2, 0.8);
     let rate = "1/t0 in 1/s (Luding, Müller & McNamara 1998)";
     let modes = "critical length of shear modes in d, r = 0.8, Enskog theory in first Sonine order";
     let contact = "contact value (Henderson 1975)";
     for (what, packing, value, rounding, found) in [
         (rate, 0.25, 23.24, 0.04, luding),
         (modes, 0.25, 17.3, 0.09, length),
-        (contact, 0.25, 1.5833, 0.0001, kinetic::henderson(0.25)),
+        (
+            contact,
+            0.25,
+            1.5833,
+            0.0001,
+            equation_of_state::henderson(0.25),
+        ),
         (
             "a2 of disks, r = 0.8 (van Noije & Ernst 1998)",
             0.0,

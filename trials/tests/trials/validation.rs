@@ -4,7 +4,7 @@
 use std::process::Command;
 
 use stosszahl_dsmc::{DsmcEngine, Parameters};
-use stosszahl_model::kinetic;
+use stosszahl_model::equation_of_state;
 use stosszahl_model::random::Streams;
 use stosszahl_trials::gas::{disks, disordered};
 use stosszahl_trials::table::mean;
@@ -23,8 +23,8 @@ fn method(name: &str) -> Method {
 /// Measures the elastic collision rate over Enskog's from t = 5 to 15, and Z from the virial, each
 /// with its error.
 fn elastic(disks_each: usize, parameters: Parameters, seeds: u64) -> [(f64, f64); 2] {
-    let chi = kinetic::contact_value(PACKING);
-    let enskog = kinetic::collision_rate(PACKING, chi, 0.0);
+    let chi = equation_of_state::contact_value(PACKING);
+    let enskog = equation_of_state::collision_rate(PACKING, chi, 0.0);
     let (mut rates, mut pressures) = (Vec::new(), Vec::new());
     for seed in 0..seeds {
         let start = disordered(disks_each, PACKING, seed).expect("a gas");
@@ -84,7 +84,7 @@ fn virial_is_the_collisional_pressure() {
             ..method(name).parameters_at(SchemeSetting::Single)
         };
         let [(rate, _), (pressure, error)] = elastic(500, parameters, 4);
-        let excess = kinetic::compressibility_factor(PACKING, 1.0) - 1.0;
+        let excess = equation_of_state::compressibility_factor(PACKING, 1.0) - 1.0;
         let [found, error] = [(pressure - 1.0) / excess, error / excess];
         let allowed = (0.0115 + 1.0 / 92.0) * share + 4.0 * error;
         assert!(

@@ -8,7 +8,7 @@ use rand::RngExt;
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::windows::CollisionWindows;
 use stosszahl_model::random::{Purpose, Stream, Streams};
-use stosszahl_model::{Collision, Observer, Vector as _, kinetic};
+use stosszahl_model::{Collision, Observer, Vector as _, equation_of_state};
 use stosszahl_trials::table::{RowVerdict, TrialTableRow};
 use stosszahl_trials::validate::subject::{
     ClaimEffort, CollisionMethod, ExactDynamics, GasCourse, ObservedGas, claims,
@@ -101,7 +101,7 @@ impl CollisionMethod for Pairs {
         let count = gas.disks;
         let mut all = Self::velocities(count, stream);
         let volume = count as f64 * 0.25 * PI / gas.packing;
-        let chi = kinetic::contact_value(gas.packing);
+        let chi = equation_of_state::contact_value(gas.packing);
         let end = gas.times[gas.times.len() - 1];
         let mut windows = CollisionWindows::new(&[[0.0, end]], 20, count, 0.0, 1.0);
         let (mut temperatures, mut cumulants, mut time) = (Vec::new(), Vec::new(), 0.0);

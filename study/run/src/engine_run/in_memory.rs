@@ -3,7 +3,7 @@
 
 use stosszahl_analysis::windows::{CollisionWindow, CollisionWindows};
 use stosszahl_case::Case;
-use stosszahl_model::{Interrupt, Particles, kinetic};
+use stosszahl_model::{Interrupt, Particles, equation_of_state};
 
 use crate::control::Control;
 use crate::engine_run::{EngineRun, PartError, prepare};
@@ -97,7 +97,8 @@ pub(crate) fn window(run: &CompletedRun) -> Option<&CollisionWindow> {
 /// Computes the collision rate in the first time window, over Enskog's rate at the measured
 /// temperature.
 pub(crate) fn collision_rate(plan: &CasePlan, run: &CompletedRun) -> f64 {
-    let enskog = kinetic::collision_rate(plan.gas.packing_fraction, plan.gas.contact_value, 0.0);
+    let enskog =
+        equation_of_state::collision_rate(plan.gas.packing_fraction, plan.gas.contact_value, 0.0);
     let found = window(run).and_then(|window| window.dissipation(enskog, plan.count()));
     found.map_or(f64::NAN, |found| found.rate)
 }

@@ -6,7 +6,7 @@ use stosszahl_analysis::accuracy::Known;
 use stosszahl_analysis::relaxation::unbiased_cumulant;
 use stosszahl_analysis::windows::CollisionWindow;
 use stosszahl_case::Case;
-use stosszahl_model::transport;
+use stosszahl_theory::cooling;
 use toml::{Table, Value};
 
 use crate::engine_run::in_memory::{collision_rate, energies, window};
@@ -201,7 +201,7 @@ pub(super) fn uniform_theory(plan: &CasePlan, quantity: FrontierQuantity) -> Opt
         (true, QuantityKind::CollisionRate) => (1.0 - 1.0 / plan.count() as f64).sqrt(),
         (true, QuantityKind::Cumulant | QuantityKind::ImpactSlope) => 0.0,
         (false, QuantityKind::Energy) => {
-            transport::relaxing_haff_law(plan.gas.restitution, plan.time_over_haff(quantity.time)?)
+            cooling::relaxing_haff_law(plan.gas.restitution, plan.time_over_haff(quantity.time)?)
         }
         _ => return None,
     };

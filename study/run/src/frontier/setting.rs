@@ -8,7 +8,7 @@ use stosszahl_dsmc::{
     Neighbourhood, Parameters, PartnerDisplacement, Scheme, SimulatorStart, SimulatorWeights,
     WallClearance,
 };
-use stosszahl_model::kinetic;
+use stosszahl_model::equation_of_state;
 use stosszahl_results::engine_title;
 
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
@@ -317,7 +317,7 @@ fn contact_point(list: &mut List<'_>) {
 /// cell size and number of steps.
 fn within_cells(list: &mut List<'_>) {
     let plan = list.plan;
-    let path = kinetic::mean_free_path(plan.gas.packing_fraction, plan.gas.contact_value);
+    let path = equation_of_state::mean_free_path(plan.gas.packing_fraction, plan.gas.contact_value);
     // Rounded, for labels that can be read.
     let cell = (0.5 * path).max(2.0).round();
     let plain = |simulators, cell, steps| {

@@ -2,9 +2,8 @@
 //! it applies.
 
 use serde::Deserialize;
-use stosszahl_model::kinetic;
 use stosszahl_results::{Figure, FigureAxis, Table, table};
-use stosszahl_theory::Moment;
+use stosszahl_theory::{Moment, diffusion};
 
 use super::{grid, mean_over_replicas};
 use crate::measure::{
@@ -85,20 +84,20 @@ fn enskog(plan: &CasePlan, from: f64, elapsed: f64) -> Option<f64> {
     if !plan.has_theory() || plan.gas.dimension != 2 {
         return None;
     }
-    let decay = kinetic::velocity_decay(
+    let decay = diffusion::velocity_decay(
         plan.gas.packing_fraction,
         plan.gas.contact_value,
         plan.gas.restitution,
     );
     let steady = |temperature: f64| {
         let rate = decay * temperature.sqrt();
-        kinetic::steady_displacement(temperature, rate, plan.engine_time(elapsed))
+        diffusion::steady_displacement(temperature, rate, plan.engine_time(elapsed))
     };
     if plan.case.bath().is_some() {
         let (temperature, state) = plan.steady_temperature().zip(plan.bath_state())?;
         let rate = decay * temperature.sqrt() + state.drag;
         let elapsed = plan.engine_time(elapsed);
-        return Some(kinetic::steady_displacement(temperature, rate, elapsed));
+        return Some(diffusion::steady_displacement(temperature, rate, elapsed));
     }
     let [first, last] = [from, from + elapsed].map(|time| plan.cooling_logarithm(time, false));
     let Some((first, last)) = first.zip(last) else {
@@ -108,7 +107,7 @@ fn enskog(plan: &CasePlan, from: f64, elapsed: f64) -> Option<f64> {
     // temperature tells how far disks have gone.
     let square = plan.clock.haff_time * plan.clock.haff_time;
     let passed = (last - first).exp_m1();
-    Some(square * kinetic::cooling_displacement(plan.gas.restitution, passed))
+    Some(square * diffusion::cooling_displacement(plan.gas.restitution, passed))
 }
 
 impl DisplacementMeasure {

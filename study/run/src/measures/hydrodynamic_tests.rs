@@ -4,8 +4,8 @@
 use stosszahl_analysis::spectra::{Shells, Spectra, Spectrum, SpectrumDisk};
 use stosszahl_analysis::statistics::RunningMoments;
 use stosszahl_analysis::structure_factor::direct_sum;
-use stosszahl_model::transport;
 use stosszahl_results::{Table, VerdictKind};
+use stosszahl_theory::transport;
 
 use super::tests::{case, measure, near, number, run};
 use crate::measure::{CompletedRun, ReplicaRecords, SampleProbe};

@@ -12,7 +12,7 @@ use stosszahl_analysis::statistics::{ChiSquaredTest, chi_squared_test};
 use stosszahl_analysis::windows::{
     self, CollisionWindow, CollisionWindows, DissipationFactors, PairBins, merged,
 };
-use stosszahl_model::{Observer, kinetic};
+use stosszahl_model::{Observer, equation_of_state};
 use stosszahl_results::{Figure, FigureAxis, PointMark, Table, TableEstimate, VerdictText, table};
 
 use super::energy::pairs_of;
@@ -396,9 +396,12 @@ fn known_factors(plan: &CasePlan, window: &CollisionWindow) -> Option<Dissipatio
     // Collisions per particle and unit of sqrt(T/m) under molecular chaos, for Maxwellian
     // velocities.
     let chaos = if plan.gas.dimension == 2 {
-        kinetic::collision_rate(plan.gas.packing_fraction, plan.gas.contact_value, 0.0)
+        equation_of_state::collision_rate(plan.gas.packing_fraction, plan.gas.contact_value, 0.0)
     } else {
-        kinetic::spheres::collision_rate(plan.gas.packing_fraction, plan.gas.contact_value)
+        equation_of_state::spheres::collision_rate(
+            plan.gas.packing_fraction,
+            plan.gas.contact_value,
+        )
     };
     window.dissipation(chaos, plan.count())
 }

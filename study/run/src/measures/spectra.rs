@@ -5,9 +5,8 @@ use serde::Deserialize;
 use stosszahl_analysis::relaxation::jackknife;
 use stosszahl_analysis::spectra::{Shells, Spectra, Spectrum};
 use stosszahl_dsmc::SimulatorStart;
-use stosszahl_model::transport;
 use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, table};
-use stosszahl_theory::BathState;
+use stosszahl_theory::{BathState, transport};
 
 use super::structure_factor::{require_periodic, structure_times};
 use super::{mean_over_replicas, require_kept};

@@ -3,8 +3,8 @@
 
 use serde::Deserialize;
 use stosszahl_analysis::velocities::{Bins, VelocityHistogram, VelocityQuantity};
-use stosszahl_model::{kinetic, transport};
 use stosszahl_results::{Figure, FigureAxis, PointMark, Table, table};
+use stosszahl_theory::cooling;
 
 use super::mean_over_replicas;
 use super::structure_factor::structure_times;
@@ -92,8 +92,8 @@ fn theory(plan: &CasePlan, time: f64) -> Option<f64> {
         .filter(|_| plan.case.thermostat.is_none())?;
     // Collisions of a particle in which the thermal speed falls to 1/e.
     let collisions = 2.0 * dimension as f64 / (1.0 - r * r);
-    let exponent = transport::cumulant_relaxation(dimension, r) * collisions;
-    let last = kinetic::fourth_cumulant(dimension, r);
+    let exponent = cooling::cumulant_relaxation(dimension, r) * collisions;
+    let last = cooling::fourth_cumulant(dimension, r);
     Some(last * -(-exponent * passed.ln_1p()).exp_m1())
 }
 

@@ -1,8 +1,8 @@
 //! Thermal bath in the plan of a case: engine parameters, steady state in theory, and warnings.
 
 use stosszahl_case::format::ThermostatKind;
-use stosszahl_model::{Bath, InvalidValue, transport};
-use stosszahl_theory::BathState;
+use stosszahl_model::{Bath, InvalidValue};
+use stosszahl_theory::{BathState, transport};
 
 use crate::words::short;
 

@@ -11,8 +11,9 @@ use stosszahl_model::initial::{
 };
 use stosszahl_model::{
     Domain, Law, Monodisperse, ParticleSpec, Plane, Polydisperse, Rough, SizeDistribution,
-    Space as _, Species, Volume, kinetic, transport,
+    Space as _, Species, Volume, equation_of_state,
 };
+use stosszahl_theory::{cooling, transport};
 
 use super::boundaries;
 use super::data::{
@@ -170,9 +171,9 @@ impl CasePlan {
         if is_closed_form {
             let (phi, chi) = (self.gas.packing_fraction, self.gas.contact_value);
             if self.gas.restitution < 1.0 {
-                self.clock.haff_time = kinetic::haff_time(phi, self.gas.restitution, chi);
+                self.clock.haff_time = cooling::haff_time(phi, self.gas.restitution, chi);
             }
-            self.clock.mean_free_time = 1.0 / kinetic::collision_rate(phi, chi, 0.0);
+            self.clock.mean_free_time = 1.0 / equation_of_state::collision_rate(phi, chi, 0.0);
         } else if self.is_uniform() {
             let mixture = self
                 .mixture()
@@ -240,7 +241,7 @@ impl CasePlan {
     /// or 1 if sizes differ.
     pub fn closest_packing(&self) -> f64 {
         match (self.gas.classes.len(), self.gas.dimension) {
-            (1, 2) => kinetic::CLOSE_PACKING,
+            (1, 2) => equation_of_state::CLOSE_PACKING,
             (1, _) => PI / 18.0_f64.sqrt(),
             _ => 1.0,
         }
@@ -306,7 +307,7 @@ fn velocity_distribution(case: &Case) -> Result<VelocityDistribution, PlanError>
 /// Computes the contact value of equal disks, with the packing fraction limited to close packing,
 /// which particles of several sizes can exceed.
 fn contact_value(packing: f64) -> f64 {
-    kinetic::contact_value(packing.min(0.999 * kinetic::CLOSE_PACKING))
+    equation_of_state::contact_value(packing.min(0.999 * equation_of_state::CLOSE_PACKING))
 }
 
 /// Returns the case with its number of disks; if the box is given in critical lengths, the number

@@ -9,7 +9,8 @@ use stosszahl_dsmc::{
     Neighbourhood, Parameters, PartnerDisplacement, PartnerSelection, Scheme, SchemeSettings,
     SimulatorStart, SimulatorWeights, WallClearance,
 };
-use stosszahl_model::{Space, transport};
+use stosszahl_model::Space;
+use stosszahl_theory::transport;
 
 use super::boundaries;
 use super::data::{CasePlan, EngineKind, EnginePlan, PlanError, in_space};

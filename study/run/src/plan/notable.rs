@@ -3,8 +3,8 @@
 
 use stosszahl_case::format::{FaceSpec, PlacementSpec, VelocitiesSpec, VelocityWord};
 use stosszahl_dsmc::{ContactLaw, Parameters, PartnerSelection, SimulatorStart};
+use stosszahl_model::equation_of_state;
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
-use stosszahl_model::kinetic;
 use stosszahl_results::engine_title;
 
 use crate::words::short;
@@ -513,7 +513,7 @@ impl CasePlan {
         let collisions = self.expected_collisions(self.case.run.until);
         add("expected_collisions_per_particle", collisions, "1");
         if self.is_disk_fluid() {
-            let structure = kinetic::structure_factor_at_zero(self.gas.packing_fraction);
+            let structure = equation_of_state::structure_factor_at_zero(self.gas.packing_fraction);
             add("structure_factor_at_zero_elastic", structure, "1");
         }
         if self.has_theory() {

@@ -2,9 +2,10 @@
 //! collisions.
 
 use stosszahl_case::format::{PairCorrelationSpec, TimeUnit, VelocitiesSpec};
-use stosszahl_model::{Law, Restitution as _, Space as _, Volume, kinetic};
+use stosszahl_model::{Law, Restitution as _, Space as _, Volume, equation_of_state};
 use stosszahl_theory::{
-    Component, ContactValues, MaxwellianMixture, Moment, TheoryError, UniformShear, delta_model,
+    Component, ContactValues, MaxwellianMixture, Moment, TheoryError, UniformShear, cooling,
+    delta_model,
 };
 
 use super::data::{CasePlan, PlanError, SizeGroup, in_space};
@@ -116,14 +117,14 @@ impl CasePlan {
     pub fn fourth_cumulant(&self) -> f64 {
         match self.bath_state() {
             Some(state) => state.fourth_cumulant,
-            None => kinetic::fourth_cumulant(self.gas.dimension, self.gas.restitution),
+            None => cooling::fourth_cumulant(self.gas.dimension, self.gas.restitution),
         }
     }
 
     /// Computes Enskog's collision rate per particle at the start \[1/engine time\].
     pub fn collision_rate(&self) -> f64 {
         if self.is_disk_fluid() {
-            kinetic::collision_rate(
+            equation_of_state::collision_rate(
                 self.gas.packing_fraction,
                 self.gas.contact_value,
                 self.fourth_cumulant(),
@@ -142,7 +143,7 @@ impl CasePlan {
         );
         diameter
             * match self.gas.dimension {
-                2 => kinetic::mean_free_path(packing, chi),
+                2 => equation_of_state::mean_free_path(packing, chi),
                 _ => Volume::mean_free_path(packing, chi),
             }
     }
@@ -202,7 +203,7 @@ impl CasePlan {
     /// Computes the energy ratio K/K(0) at a time of the case by Haff's law with its Sonine factor.
     fn haff_law(&self, time: f64) -> f64 {
         self.time_over_haff(time)
-            .map_or(1.0, |time| kinetic::haff_law(time, self.fourth_cumulant()))
+            .map_or(1.0, |time| cooling::haff_law(time, self.fourth_cumulant()))
     }
 
     /// Computes the growth, up to a time of the case, of a quantity that grows from 0 as `free` in
@@ -246,7 +247,7 @@ impl CasePlan {
         }
         self.passed(time, |time| match self.time_over_haff(time) {
             Some(time) if self.has_theory() => {
-                kinetic::haff_collisions(self.gas.dimension, self.gas.restitution, time)
+                cooling::haff_collisions(self.gas.dimension, self.gas.restitution, time)
             }
             // The collision rate of any gas that cools as Haff's law says.
             Some(time) => rate * self.clock.haff_time * time.ln_1p(),

@@ -4,9 +4,8 @@
 use std::ops::Range;
 
 use stosszahl_case::format::VelocitiesSpec;
-use stosszahl_model::kinetic;
 use stosszahl_model::{InvalidValue, Law};
-use stosszahl_theory::{CoolingState, MaxwellianMixture, Moment, TheoryError};
+use stosszahl_theory::{CoolingState, MaxwellianMixture, Moment, TheoryError, cooling};
 
 use crate::plan::{CasePlan, GroupCurve, Predicted, TheoryCurves, TheoryPoint};
 
@@ -30,8 +29,8 @@ pub fn fourth_cumulants(plan: &CasePlan) -> Option<[f64; 2]> {
     let alone = plan.gas.species.len() == 1 && plan.case.aggregation.is_none();
     alone.then(|| {
         [
-            kinetic::fourth_cumulant(plan.gas.dimension, restitution),
-            kinetic::fourth_cumulant_of_montanero_santos(plan.gas.dimension, restitution),
+            cooling::fourth_cumulant(plan.gas.dimension, restitution),
+            cooling::fourth_cumulant_of_montanero_santos(plan.gas.dimension, restitution),
         ]
     })
 }

@@ -1,9 +1,8 @@
 //! Transport in a gas of equal disks by Enskog's theory, and what it says about the cooling gas:
-//! viscosities, self-diffusion, the shear instability, and how the velocity distribution relaxes
-//! from a Maxwellian.
+//! viscosities and the shear instability.
 //!
 //! Units: diameter d, mass m and granular temperature T are one, so viscosities come in sqrt(m T)/d
-//! (in the plane), and diffusion in d sqrt(T/m). The contact value chi is an argument, so that each
+//! (in the plane). The contact value chi is an argument, so that each
 //! equation of state can be used.
 //!
 //! Source of the inelastic coefficients: Garzó & Dufty, Phys. Rev. E 59, 5895 (1999),
@@ -13,7 +12,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::kinetic;
+use crate::cooling::fourth_cumulant;
 
 /// Shear viscosity of dilute elastic disks in first Sonine order, `eta_0 = sqrt(m T/pi)/(2 d)`, in
 /// sqrt(m T)/d.
@@ -23,17 +22,13 @@ pub const DILUTE_VISCOSITY: f64 = 0.282_094_791_773_878_14;
 /// 1971).
 pub const VISCOSITY_ORDERS: f64 = 1.022;
 
-/// Ratio of the self-diffusion coefficient of elastic disks in three Sonine orders to that in first
-/// order; two orders give 43/42.
-pub const DIFFUSION_ORDERS: f64 = 1.027;
-
 /// Number of space dimensions in all formulas of this module, two.
 const D: f64 = 2.0;
 
 /// Computes the cooling rate of the homogeneous gas, `zeta* = ((D + 2)/(4 D)) chi (1 - r^2)(1 + 3
 /// a2/16)`, over that at which dilute elastic disks lose shear stress, `n T/eta_0`.
 fn reduced_cooling(contact_value: f64, restitution: f64) -> f64 {
-    let a2 = kinetic::fourth_cumulant(2, restitution);
+    let a2 = fourth_cumulant(2, restitution);
     (D + 2.0) / (4.0 * D)
         * contact_value
         * (1.0 - restitution * restitution)
@@ -43,7 +38,7 @@ fn reduced_cooling(contact_value: f64, restitution: f64) -> f64 {
 /// Bulk viscosity \[sqrt(m T)/d\], `((1 + r)/(2 D^2)) chi n^2 d^3 2 pi sqrt(m T/pi) (1 - a2/16)`:
 /// in the plane `(8/pi) phi^2 chi (1 + r)(1 - a2/16) eta_0`. The dilute gas has none.
 pub fn bulk_viscosity(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
-    let a2 = kinetic::fourth_cumulant(2, restitution);
+    let a2 = fourth_cumulant(2, restitution);
     let reduced = 8.0 / PI
         * packing_fraction.powi(2)
         * contact_value
@@ -81,12 +76,13 @@ fn kinetic_viscosity(
 /// `nu* = (3/(4 D)) chi (1 - r + 2 D/3)(1 + r)(1 + 7 a2/16)` and the reduced bulk viscosity gamma*.
 ///
 /// ```
-/// use stosszahl_model::{kinetic::henderson, transport};
+/// use stosszahl_model::equation_of_state::henderson;
+/// use stosszahl_theory::transport;
 /// let eta = transport::shear_viscosity(0.25, henderson(0.25), 1.0) / transport::DILUTE_VISCOSITY;
 /// assert!((eta - 1.4825).abs() < 5e-5);
 /// ```
 pub fn shear_viscosity(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
-    let a2 = kinetic::fourth_cumulant(2, restitution);
+    let a2 = fourth_cumulant(2, restitution);
     // Relative to the temperature, which falls, stress decays the less.
     let decay = -reduced_cooling(contact_value, restitution) / 2.0;
     let kinetic = kinetic_viscosity(packing_fraction, contact_value, restitution, a2, decay);
@@ -137,21 +133,6 @@ pub fn kinematic_viscosity(packing_fraction: f64, contact_value: f64) -> f64 {
     elastic_viscosity(packing_fraction, contact_value) / number_density(packing_fraction)
 }
 
-/// Self-diffusion coefficient of elastic disks \[d sqrt(T/m)\], three Sonine orders:
-/// `D = 1.027 (d/(2 n d^2 chi)) sqrt(T/(pi m))`.
-pub fn self_diffusion(packing_fraction: f64, contact_value: f64) -> f64 {
-    DIFFUSION_ORDERS / kinetic::velocity_decay(packing_fraction, contact_value, 1.0)
-}
-
-/// Self-diffusion coefficient of the cooling gas, `T tau_v/m` at the present temperature \[d
-/// sqrt(T/m)\], first Sonine order: velocities are forgotten at the rate `nu = omega (1 + r)/2`
-/// while all of them shrink at `zeta/2`, so `1/tau_v = nu - zeta/2 = omega (1 + r)^2/4`. Bodrova &
-/// Osinsky (2024) in three dimensions; here for disks.
-pub fn cooling_diffusion(packing_fraction: f64, contact_value: f64, restitution: f64) -> f64 {
-    let rate = kinetic::collision_rate(packing_fraction, contact_value, 0.0);
-    4.0 / (rate * (1.0 + restitution).powi(2))
-}
-
 /// Wave number times d below which shear modes of the cooling gas grow against its thermal speed,
 /// `k_c^2 = rho zeta/(2 eta)`, that is `(k_c d)^2 = (32 phi^2/pi) zeta*/eta*`. Zero in an elastic
 /// gas.
@@ -193,57 +174,11 @@ pub fn thermal_shear_energy(wave_number: f64, critical: f64, logarithm: f64) -> 
     1.0 + rise
 }
 
-/// Rate at which a2 approaches its value in the cooling state, per collision of a particle, linear
-/// in a2: `(1 + r) B/(16 D (D + 2))` with `B = 9 + 24 D + (8 D - 41) r + 30 r^2 (1 - r)`.
-///
-/// From `(D (D + 2)/4) da2/ds = (D + 2)(1 + a2) mu_2 - mu_4` with the moments of van Noije & Ernst,
-/// Granular Matter 1, 57 (1998), `mu_2 = (1 - r^2)/2 (1 + 3 a2/16)` and `mu_4 = (1 - r^2)(D + 3/2 +
-/// r^2)/2 + a2 [3 (1 - r^2)(10 D + 39 + 10 r^2)/64 + (1 + r)(D - 1)/2]`, and s counted in
-/// collisions of a particle.
-pub fn cumulant_relaxation(dimension: usize, restitution: f64) -> f64 {
-    let (d, r) = (dimension as f64, restitution);
-    let denominator = 9.0 + 24.0 * d + (8.0 * d - 41.0) * r + 30.0 * r * r * (1.0 - r);
-    (1.0 + r) * denominator / (16.0 * d * (d + 2.0))
-}
-
-/// Exponent with which `a2 - a2*` of disks falls in powers of `1 + t/t_0`: the relaxation rate
-/// times the `2 D/(1 - r^2)` collisions of a particle in which the thermal speed falls to 1/e.
-fn cumulant_exponent(restitution: f64) -> f64 {
-    cumulant_relaxation(2, restitution) * 2.0 * D / (1.0 - restitution * restitution)
-}
-
-/// Fourth cumulant a2 of cooling disks that were Maxwellian at time 0; time in units of Haff's
-/// `t_0`. Inelastic gas.
-pub fn relaxing_cumulant(restitution: f64, time_over_haff: f64) -> f64 {
-    let exponent = cumulant_exponent(restitution);
-    let left = (-exponent * time_over_haff.ln_1p()).exp();
-    kinetic::fourth_cumulant(2, restitution) * (1.0 - left)
-}
-
-/// Haff's law of disks that were Maxwellian at time 0, `T/T_0` at the time `t/t_0`, first order in
-/// a2.
-///
-/// `1/sqrt(T)` grows at the rate `1 + 3 a2(t)/16` and a2 approaches its final value as
-/// `(1 + t/t_0)^-kappa`, so
-/// `sqrt(T_0/T) = 1 + t + (3 a2/16)[t - (1 - (1 + t)^(1 - kappa))/(kappa - 1)]`: for r = 0.8 at
-/// most a thousandth off the law with the final a2. Inelastic gas.
-///
-/// ```
-/// use stosszahl_model::{kinetic, transport};
-/// let law = transport::relaxing_haff_law(0.8, 1.0);
-/// assert!((law / kinetic::haff_law(1.0, kinetic::fourth_cumulant(2, 0.8)) - 1.0).abs() < 1e-3);
-/// ```
-pub fn relaxing_haff_law(restitution: f64, time_over_haff: f64) -> f64 {
-    let fall = cumulant_exponent(restitution) - 1.0;
-    let lag = -(-fall * time_over_haff.ln_1p()).exp_m1() / fall;
-    let sonine = 3.0 / 16.0 * kinetic::fourth_cumulant(2, restitution);
-    (1.0 + time_over_haff + sonine * (time_over_haff - lag)).powi(-2)
-}
-
 #[cfg(test)]
 mod tests {
+    use stosszahl_model::equation_of_state::henderson;
+
     use super::*;
-    use crate::kinetic::henderson;
 
     /// Published table of `L_c/d`, three digits (four above 1000), with Henderson's contact value.
     #[test]
@@ -305,31 +240,17 @@ mod tests {
         }
         let (phi, chi) = (0.25, henderson(0.25));
         let cooling = shear_viscosity(phi, chi, 0.8);
-        let heated = bath_viscosity(phi, chi, 0.8, kinetic::fourth_cumulant(2, 0.8), 0.0);
+        let heated = bath_viscosity(phi, chi, 0.8, fourth_cumulant(2, 0.8), 0.0);
         assert!(
             heated < cooling && heated > 0.9 * cooling,
             "{heated} {cooling}"
         );
     }
 
+    /// Against `dS/dl = 2 g S + 2 q`, integrated by the midpoint rule: its error is third order in the
+    /// step and below 1e-6 here.
     #[test]
-    fn diffusion_agrees_with_the_velocity_decay() {
-        let (phi, chi) = (0.25, henderson(0.25));
-        let elastic = cooling_diffusion(phi, chi, 1.0);
-        assert!((elastic * kinetic::velocity_decay(phi, chi, 1.0) - 1.0).abs() < 1e-14);
-        assert!((self_diffusion(phi, chi) / elastic - DIFFUSION_ORDERS).abs() < 1e-14);
-        // nu - zeta/2 with zeta = (1 - r^2) omega/2.
-        let r = 0.7;
-        let rate = kinetic::collision_rate(phi, chi, 0.0);
-        let decay = kinetic::velocity_decay(phi, chi, r) - (1.0 - r * r) * rate / 4.0;
-        assert!((cooling_diffusion(phi, chi, r) * decay - 1.0).abs() < 1e-14);
-    }
-
-    /// Against `dS/dl = 2 g S + 2 q`, `du/dt = 1 + 3 a2/16` and the relaxation of a2 over
-    /// collisions, integrated by the midpoint rule: its error is third order in the step and below
-    /// 1e-6 here.
-    #[test]
-    fn growth_and_cooling_solve_their_equations() {
+    fn growth_solves_its_equation() {
         for (k, critical) in [(0.1, 0.3), (0.3, 0.3), (0.5, 0.3)] {
             let (q, mut energy, step) = ((k / critical) * (k / critical), 1.0, 1e-4_f64);
             let slope = |energy: f64| 2.0 * (1.0 - q) * energy + 2.0 * q;
@@ -340,43 +261,5 @@ mod tests {
             let found = thermal_shear_energy(k, critical, 2.0);
             assert!((found / energy - 1.0).abs() < 1e-6, "{k}: {found} {energy}");
         }
-        let r = 0.8;
-        let a2 = kinetic::fourth_cumulant(2, r);
-        let rate = cumulant_relaxation(2, r) * 4.0 / (1.0 - r * r);
-        let (mut u, mut cumulant, step) = (1.0, 0.0, 1e-4);
-        for _ in 0..20_000 {
-            // First order in a2: collisions are counted with Haff's law without it.
-            let slope = |u: f64, c: f64| [1.0 + 3.0 / 16.0 * c, rate / u * (a2 - c)];
-            let first = slope(u, cumulant);
-            let middle = slope(u + 0.5 * step * first[0], cumulant + 0.5 * step * first[1]);
-            u += step * middle[0];
-            cumulant += step * middle[1];
-        }
-        // Terms of second order: the clock of the collisions runs 3 a2/16 = 0.4 % off where a2 is
-        // 1e-3 from its end.
-        assert!((relaxing_cumulant(r, 2.0) - cumulant).abs() < 1e-5);
-        assert!((relaxing_haff_law(r, 2.0) * u * u - 1.0).abs() < 2e-5);
-        // The fixed point of the two moments is the a2 of the cooling state, and their slope the
-        // relaxation.
-        for r in [0.3, 0.8, 0.95] {
-            let q = 1.0 - r * r;
-            let slope = 3.0 / 64.0 * q * (59.0 + 10.0 * r * r) + 0.5 * (1.0 + r);
-            let balance = |a2: f64| {
-                4.0 * (0.5 * q) * (1.0 + 19.0 / 16.0 * a2) - (0.5 * q * (3.5 + r * r) + slope * a2)
-            };
-            assert!(balance(kinetic::fourth_cumulant(2, r)).abs() < 1e-14);
-            let relaxation = 0.5 * (balance(0.0) - balance(1.0));
-            assert!((cumulant_relaxation(2, r) / relaxation - 1.0).abs() < 1e-13);
-        }
-    }
-
-    #[test]
-    fn relaxation_takes_a_few_collisions() {
-        assert!((1.0..3.0).contains(&(1.0 / cumulant_relaxation(2, 0.8))));
-        assert_eq!(relaxing_haff_law(0.8, 0.0), 1.0);
-        assert!(relaxing_cumulant(0.8, 0.0).abs() < 1e-18);
-        let final_law = kinetic::haff_law(10.0, kinetic::fourth_cumulant(2, 0.8));
-        assert!((relaxing_haff_law(0.8, 10.0) / final_law - 1.0).abs() < 1e-3);
-        assert!((kinetic::structure_factor_at_zero(0.25) - 0.3318).abs() < 3e-4);
     }
 }

@@ -1,5 +1,5 @@
-//! Kinetic theory of equal hard spheres (D = 3), as far as the Monte Carlo engine needs it, with
-//! the symbols of [`kinetic`](super).
+//! Equation of state of equal hard spheres (D = 3), with the symbols of
+//! [`equation_of_state`](super).
 
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ pub const RANDOM_CLOSE_PACKING: f64 = 0.64;
 ///
 /// ```
 /// // Z = 1 + 4 phi chi against the virial series 1 + 4 phi + 10 phi^2 + 18.365 phi^3 + ...
-/// let z = 1.0 + 0.04 * stosszahl_model::kinetic::spheres::contact_value(0.01);
+/// let z = 1.0 + 0.04 * stosszahl_model::equation_of_state::spheres::contact_value(0.01);
 /// assert!((z - 1.041_018_65).abs() < 1e-6);
 /// ```
 pub fn contact_value(packing_fraction: f64) -> f64 {
@@ -39,7 +39,7 @@ pub fn mean_free_path(packing_fraction: f64, contact_value: f64) -> f64 {
 ///
 /// ```
 /// // To second order 1 - 8 phi + 34 phi^2.
-/// let s = stosszahl_model::kinetic::spheres::structure_factor_at_zero(1e-4);
+/// let s = stosszahl_model::equation_of_state::spheres::structure_factor_at_zero(1e-4);
 /// assert!((s - (1.0 - 8e-4 + 34e-8)).abs() < 1e-9);
 /// ```
 pub fn structure_factor_at_zero(packing_fraction: f64) -> f64 {
