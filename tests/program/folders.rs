@@ -372,7 +372,15 @@ fn a_report_names_tables_that_were_changed() {
         "case.toml",
         format!("{CASE}[[sweep]]\n\"gas.restitution\" = [0.8, 0.9]\n"),
     );
-    work.done(sweep);
+    let more = "--set measure.structure_factor.times=[1] --set measure.snapshots.times=[1]";
+    work.done(&sweep.replace("--set measure={}", more));
+    // Drawings of tables that the new run has not are gone.
+    work.done(&format!("{sweep} --force"));
+    work.done(&sweep.replace("sweep", "fresh"));
+    assert_eq!(
+        all_files(&work.path("sweep")),
+        all_files(&work.path("fresh"))
+    );
     let point = fs::read_dir(work.path("sweep"))
         .expect("a folder")
         .flatten();

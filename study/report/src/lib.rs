@@ -132,29 +132,33 @@ struct Report {
 }
 
 impl Report {
-    /// Writes all files of the report, the page last; `guard` is called before each file.
+    /// Writes all files of the report, the page last; `guard` is called with the path of
+    /// each file before it is written.
     fn write(&self, folder: &Path, guard: Guard<'_>) -> Result<PathBuf, ReportError> {
         for (name, bytes) in &self.beside {
-            guard()?;
-            write_file(&folder.join(name), bytes)?;
+            let path = folder.join(name);
+            guard(&path)?;
+            write_file(&path, bytes)?;
         }
-        guard()?;
         let path = folder.join(REPORT_FILE);
+        guard(&path)?;
         write_file(&path, self.page.as_bytes())?;
         Ok(path)
     }
 }
 
-/// Callback that returns an error if files may no longer be written into the results folder.
-type Guard<'a> = &'a dyn Fn() -> Result<(), ResultsError>;
+/// Callback before a file is written, with its path; returns an error if files may no longer be
+/// written into the results folder.
+type Guard<'a> = &'a dyn Fn(&Path) -> Result<(), ResultsError>;
 
-/// Writes the report of a results folder that this process has locked, as [`write_report`]. Nothing
-/// is written if the folder was moved or replaced meanwhile.
+/// Writes the report of a results folder that this process has locked, as [`write_report`], and
+/// registers its files with the folder. Nothing is written if the folder was moved or replaced
+/// meanwhile.
 ///
 /// # Errors
 /// As [`write_report`], and [`ResultsError::Moved`].
 pub fn write_held_report(folder: &Folder) -> Result<PathBuf, ReportError> {
-    write_guarded(folder.path(), &|| folder.require_same())
+    write_guarded(folder.path(), &|path| folder.claim_path(path))
 }
 
 /// Rebuilds `report.html` and the drawings of a results folder or of a sweep folder and returns the
@@ -164,7 +168,7 @@ pub fn write_held_report(folder: &Folder) -> Result<PathBuf, ReportError> {
 /// The folder holds no finished run and no sweep, a table or snapshot is damaged, or a file cannot
 /// be written.
 pub fn write_report(folder: &Path) -> Result<PathBuf, ReportError> {
-    write_guarded(folder, &|| Ok(()))
+    write_guarded(folder, &|_| Ok(()))
 }
 
 /// Returns the summary table of a sweep folder, of which the report writes `sweep.csv`; `None` for

@@ -296,6 +296,16 @@ impl Folder {
         write_file(&path, &json(&path, sweep)?)
     }
 
+    /// Registers the file at a path inside the results folder, as [`Self::claim`].
+    ///
+    /// # Errors
+    /// As [`RunPlace::claim`].
+    pub fn claim_path(&self, path: &Path) -> Result<(), ResultsError> {
+        let inside = path.strip_prefix(&self.path).unwrap_or(path);
+        let parts = inside.iter().map(|part| part.to_string_lossy());
+        self.claim(&parts.collect::<Vec<_>>().join("/")).map(drop)
+    }
+
     /// Registers a file in the list of files, so that `--force` removes it, creates its folder, and
     /// returns its path.
     ///
