@@ -17,7 +17,9 @@ pub use file::{ENDINGS, FileError, StartFile, read_bytes, read_start_file};
 pub use lattice::{Lattice, hexagonal, square};
 pub use overlap::{Overlap, first_overlap};
 pub use placement::{PlacedDisks, PlacementError};
-pub use sequential::{SEQUENTIAL_LIMIT, sequential_addition, sequential_addition_of};
+pub use sequential::{
+    AdditionError, FreeSpace, SEQUENTIAL_LIMIT, SequentialAddition, sequential_addition,
+};
 pub use velocities::{
     VelocityDistribution, draw_velocities, maxwellian, rescale, thermal_spins,
     visit_drawn_velocities, visit_thermal_spins,
@@ -51,15 +53,13 @@ pub fn place_unequal(
     interrupt: &Interrupt,
 ) -> Result<PlacedDisks, PlacementError> {
     let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
-    let positions = sequential_addition_of(radii, domain, &mut stream, interrupt);
-    let positions = positions.ok_or_else(|| {
-        if interrupt.is_raised() {
-            return PlacementError::Interrupted;
-        }
-        PlacementError::Jammed {
+    let positions = sequential_addition(radii, domain, &mut stream, interrupt);
+    let positions = positions.map_err(|error| match error {
+        AdditionError::Interrupted => PlacementError::Interrupted,
+        AdditionError::Jammed { .. } => PlacementError::Jammed {
             count: radii.len(),
             lengths: domain.lengths().into(),
-        }
+        },
     })?;
     Ok(PlacedDisks {
         positions,
@@ -84,15 +84,17 @@ pub fn place_disks(
     let packing =
         count as f64 * std::f64::consts::FRAC_PI_4 * diameter * diameter / domain.volume();
     if arrangement == Arrangement::Disordered && packing <= SEQUENTIAL_LIMIT {
-        let found = sequential_addition(count, diameter, domain, &mut stream, interrupt);
-        if let Some(positions) = found {
-            return Ok(PlacedDisks {
-                positions,
-                reciprocal: Vec::new(),
-            });
-        }
-        if interrupt.is_raised() {
-            return Err(PlacementError::Interrupted);
+        let radii = vec![0.5 * diameter; count];
+        match sequential_addition(&radii, domain, &mut stream, interrupt) {
+            Ok(positions) => {
+                return Ok(PlacedDisks {
+                    positions,
+                    reciprocal: Vec::new(),
+                });
+            }
+            Err(AdditionError::Interrupted) => return Err(PlacementError::Interrupted),
+            // A lattice is left.
+            Err(AdditionError::Jammed { .. }) => {}
         }
     }
     lattice(arrangement, count, domain).occupy(count, diameter, domain, &mut stream)

@@ -22,7 +22,7 @@ use stosszahl_model::{
 
 use crate::control::Content;
 use crate::plan::{CasePlan, Confinement, threads_each};
-use crate::start::places::{ExclusionRule, RandomPlacement};
+use crate::start::places::StartSpace;
 
 pub use error::{PlacementFailed, StartError};
 
@@ -156,11 +156,11 @@ fn by_surface<S: Space, C: Surface<S>>(
             .map(|at| S::from_components(|axis| at[axis]));
         (places.map(|at| domain.wrap(at)).collect(), reciprocal, name)
     } else {
-        let room = ExclusionRule::of_start(plan);
-        let placement = RandomPlacement::new(count, &radius, &confinement, plan.region(), room);
+        let space = StartSpace::from_plan(plan, &confinement);
         let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
         let mut places = vec![S::Vector::default(); count];
-        placement.place_all(&mut stream, interrupt, &mut |index, at| places[index] = at)?;
+        let mut look = |index: usize, at| places[index] = at;
+        space.place_all(count, &radius, &mut stream, interrupt, &mut look)?;
         (
             places,
             Vec::new(),

@@ -17,7 +17,7 @@ use stosszahl_model::{
 use super::error::StartError;
 use super::streams_of;
 use crate::plan::{CasePlan, Confinement, EnginePlan};
-use crate::start::places::{ExclusionRule, RandomPlacement};
+use crate::start::places::StartSpace;
 
 /// Independent particles of a replica of one engine, in one or several sets.
 pub(crate) struct IndependentStart<'a> {
@@ -85,13 +85,16 @@ impl<'a> IndependentStart<'a> {
             let sizes = plan.gas.particles.species(self.particles())?;
             let radius = |index| sizes.radius(sizes.tag_of(index));
             let confinement = Confinement::<S>::from_plan(plan)?;
-            let rule = ExclusionRule::of_start(plan);
-            let count = self.particles();
-            let placement = RandomPlacement::new(count, &radius, &confinement, plan.region(), rule);
+            let space = StartSpace::from_plan(plan, &confinement);
             let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
-            placement.place_all(&mut stream, self.interrupt, &mut |index, at| {
-                look(first + index, at.spatial());
-            })
+            let mut look = |index: usize, at: S::Vector| look(first + index, at.spatial());
+            space.place_all(
+                self.particles(),
+                &radius,
+                &mut stream,
+                self.interrupt,
+                &mut look,
+            )
         })
     }
 
