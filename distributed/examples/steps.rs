@@ -82,7 +82,8 @@ fn in_a_box(count: usize, packing: f64, scheme: Scheme) -> DsmcEngine<Equal<Plan
     let domain = Domain::periodic(vector![side, side]).expect("a box");
     let streams = Streams::new(1, 0);
     let state = start(count, domain);
-    DsmcEngine::start(&equal(0.5, 0.9), parameters(scheme, None), &state, streams)
+    DsmcEngine::setup(&equal(0.5, 0.9), parameters(scheme, None), streams)
+        .start(&state)
         .expect("an engine")
 }
 
@@ -100,7 +101,9 @@ fn elastic<S: Space>(count: usize) -> DsmcEngine<Equal<S>> {
     let state = start((PER_CELL * cells.powf(dimension)).round() as usize, domain);
     let parameters = parameters(Scheme::Boltzmann, Some(cell));
     let (scene, streams) = (equal(0.5, 1.0), Streams::new(1, 0));
-    let mut engine = DsmcEngine::start(&scene, parameters, &state, streams).expect("an engine");
+    let mut engine = DsmcEngine::setup(&scene, parameters, streams)
+        .start(&state)
+        .expect("an engine");
     engine.hold_step(0.14 / S::collision_rate(packing, 1.0));
     engine
 }
@@ -137,7 +140,10 @@ fn in_a_channel(count: usize) -> DsmcEngine<Equal<Volume>> {
     }
     let parameters = parameters(Scheme::Boltzmann, Some(0.25));
     let (scene, streams) = (equal(0.5 * diameter, 0.9), Streams::new(1, 0));
-    DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams).expect("an engine")
+    DsmcEngine::setup(&scene, parameters, streams)
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine")
 }
 
 /// Prints the milliseconds of a step, several times, in the root process.

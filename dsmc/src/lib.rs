@@ -31,7 +31,7 @@
 //!
 //! # Walls, gravity and flow
 //!
-//! [`BoundaryConditions`] are data. [`DsmcEngine::start_between`] takes walls (with restitution and
+//! [`BoundaryConditions`] are data. [`EngineSetup::between`] takes walls (with restitution and
 //! slip, diffuse, sliding, vibrating), open faces, inflows, obstacles, and weights by region.
 //! Gravity is a type of the physical model.
 //!
@@ -87,6 +87,7 @@ mod cross_cell;
 mod decomposition;
 mod density;
 mod engine;
+mod entrants;
 mod extrema;
 mod features;
 mod flight;
@@ -129,6 +130,7 @@ pub use simulate::{
     BALANCE, CellGas, CheckpointSource, DomainStart, ExpectedGas, check_gas, resume,
     resume_distributed, serve_domain, simulate, simulate_distributed, simulate_stream,
 };
+pub use start::EngineSetup;
 pub use start_stream::StartStream;
 pub use tally::{CellCount, CollisionCounters};
 

@@ -1,6 +1,9 @@
 //! Start of a DSMC engine from a state, and resumption from a checkpoint: checks, grid, tiles and
 //! placement of simulators.
 
+use std::borrow::Cow;
+use std::marker::PhantomData;
+
 use stosszahl_model::interrupt::Interruption;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::WallLedger;
@@ -22,6 +25,7 @@ use crate::random_counts::draw_whole;
 use crate::replicate_start;
 use crate::scheme::{PartnerDisplacement, PartnerSelection, Scheme};
 use crate::start_means::Means;
+use crate::start_stream::StartStream;
 use crate::tally::{CellCount, CollisionCounters, EnergyUnit, StepBounds};
 use crate::threads::Pool;
 use crate::tile::{SendBuffer, Tile};
@@ -40,17 +44,18 @@ impl<P> DsmcEngine<P>
 where
     P: ParticleModel,
 {
-    /// Starts an engine from a state, as [`DsmcEngine::start`], without tracking displacements.
+    /// Starts an engine in a periodic box from a state of particles, without tracking
+    /// displacements.
     ///
     /// # Errors
-    /// As [`DsmcEngine::start`].
+    /// As [`EngineSetup::start`].
     pub fn new(
         scene: &P,
         parameters: Parameters,
         state: &State<P>,
         streams: Streams,
     ) -> Result<Self, DsmcError> {
-        Self::start(scene, parameters, state, streams)
+        Self::setup(scene, parameters, streams).start(state)
     }
 }
 
@@ -59,72 +64,93 @@ where
     P: ParticleModel,
     F: DisplacementTracking<P::Space>,
 {
-    /// Starts an engine in a periodic box from a state of particles.
+    /// Returns the setup of an engine in a periodic box.
+    pub fn setup(scene: &P, parameters: Parameters, streams: Streams) -> EngineSetup<'_, P, F> {
+        EngineSetup {
+            scene,
+            parameters,
+            boundaries: Cow::Owned(BoundaryConditions::default()),
+            streams,
+            tracking: PhantomData,
+        }
+    }
+}
+
+/// Setup of an engine: all that it needs besides its particles.
+///
+/// ```
+/// # use nalgebra::vector;
+/// # use stosszahl_dsmc::{DsmcEngine, Parameters, Scheme, Untracked};
+/// # use stosszahl_model::random::Streams;
+/// # use stosszahl_model::{Constant, Domain, Free, Monodisperse, ParticleState, Plane, Scene, Smooth, State};
+/// # let scene = Scene {
+/// #     space: Plane,
+/// #     surface: Smooth,
+/// #     restitution: Constant::new(0.9)?,
+/// #     sizes: Monodisperse::new(0.5, 1.0)?,
+/// #     field: Free,
+/// # };
+/// # let body = ParticleState::new(vector![1.0, 1.0], vector![0.5, 0.0]);
+/// # let state = State { time: 0.0, domain: Domain::periodic(vector![20.0, 20.0])?, bodies: vec![body] };
+/// let parameters = Parameters::for_scheme(Scheme::Boltzmann);
+/// let setup = DsmcEngine::<_, Untracked>::setup(&scene, parameters, Streams::new(1, 0));
+/// let engine = setup.start(&state)?;
+/// # assert_eq!(engine.simulators() % state.bodies.len(), 0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct EngineSetup<'a, P: ParticleModel, F: DisplacementTracking<P::Space>> {
+    scene: &'a P,
+    parameters: Parameters,
+    boundaries: Cow<'a, BoundaryConditions<P::Space>>,
+    streams: Streams,
+    tracking: PhantomData<F>,
+}
+
+impl<'a, P, F> EngineSetup<'a, P, F>
+where
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
+{
+    /// Sets the boundary conditions of the box: walls, open faces, obstacles, and weights of
+    /// simulators.
+    #[must_use]
+    pub fn between(self, boundaries: &'a BoundaryConditions<P::Space>) -> Self {
+        let boundaries = Cow::Borrowed(boundaries);
+        Self { boundaries, ..self }
+    }
+
+    /// Starts the engine from a state of particles.
     ///
     /// With several simulators per particle, the first set has the state's own positions and
     /// velocities, and further sets are made as [`crate::SimulatorStart`] says.
     ///
     /// # Errors
-    /// [`DsmcError`] if a parameter or a number of the state has no meaning.
-    pub fn start(
-        scene: &P,
-        parameters: Parameters,
-        state: &State<P>,
-        streams: Streams,
-    ) -> Result<Self, DsmcError> {
-        Self::start_between(
-            scene,
-            parameters,
-            state,
-            &BoundaryConditions::default(),
-            streams,
-        )
-    }
-
-    /// Starts an engine from a state of particles, as [`DsmcEngine::start`], in a box with boundary
-    /// conditions.
-    ///
-    /// # Errors
-    /// As [`DsmcEngine::start`], and if boundaries are inconsistent with the box, the scheme or
-    /// each other.
-    pub fn start_between(
-        scene: &P,
-        parameters: Parameters,
-        state: &State<P>,
-        boundaries: &BoundaryConditions<P::Space>,
-        streams: Streams,
-    ) -> Result<Self, DsmcError> {
-        parameters.check_values()?;
-        if parameters.simulators_per_particle > 1 && !boundaries.obstacles.is_empty() {
+    /// [`DsmcError`] if a parameter or a number of the state has no meaning, or if boundaries are
+    /// inconsistent with the box, the scheme or each other.
+    pub fn start(&self, state: &State<P>) -> Result<DsmcEngine<P, F>, DsmcError> {
+        self.parameters.check_values()?;
+        if self.parameters.simulators_per_particle > 1 && !self.boundaries.obstacles.is_empty() {
             return Err(DsmcError::Boundary {
-                scheme: parameters.scheme.name(),
+                scheme: self.parameters.scheme.name(),
                 what: "several simulators of each particle from one state, and obstacles",
                 allowed: "a state for each simulator, as a copy that is moved would go through bodies",
             });
         }
-        let simulators = replicate_start::simulators::<P, F>(scene, &parameters, state, streams);
-        let checked = state.bodies.len();
-        Self::begin(
-            scene, parameters, state, simulators, checked, boundaries, streams,
-        )
+        let (scene, streams) = (self.scene, self.streams);
+        let simulators =
+            replicate_start::simulators::<P, F>(scene, &self.parameters, state, streams);
+        self.begin(state, simulators, state.bodies.len())
     }
 
-    /// Starts an engine with several simulators per particle from as many independent states, in a
-    /// box with boundary conditions. Needed where a state may not be shifted and rotated, as
-    /// between walls and in a flow.
+    /// Starts the engine with several simulators per particle from as many independent states.
+    /// Needed where a state may not be shifted and rotated, as between walls and in a flow.
     ///
     /// # Errors
-    /// As [`DsmcEngine::start_between`], and unless there is a state for each simulator of a
-    /// particle, all with equal numbers, times and boxes.
-    pub fn start_sets(
-        scene: &P,
-        parameters: Parameters,
-        sets: &[State<P>],
-        boundaries: &BoundaryConditions<P::Space>,
-        streams: Streams,
-    ) -> Result<Self, DsmcError> {
-        parameters.check_values()?;
-        let wanted = parameters.simulators_per_particle as usize;
+    /// As [`Self::start`], and unless there is a state for each simulator of a particle, all with
+    /// equal numbers, times and boxes.
+    pub fn start_sets(&self, sets: &[State<P>]) -> Result<DsmcEngine<P, F>, DsmcError> {
+        self.parameters.check_values()?;
+        let wanted = self.parameters.simulators_per_particle as usize;
         let alike = |a: &State<P>, b: &State<P>| {
             a.bodies.len() == b.bodies.len() && a.time == b.time && a.domain == b.domain
         };
@@ -141,91 +167,89 @@ where
                 });
             }
         };
-        let simulators = replicate_start::coarse_of_sets::<P, F>(scene, sets);
+        let simulators = replicate_start::coarse_of_sets::<P, F>(self.scene, sets);
         let checked = simulators.len();
-        Self::begin(
-            scene, parameters, first, simulators, checked, boundaries, streams,
-        )
+        self.begin(first, simulators, checked)
     }
 
-    /// Starts an engine from simulators in the order of memory. The first `checked` of them must
+    /// Starts the engine from simulators in the order of memory. The first `checked` of them must
     /// lie where boundaries allow.
     fn begin(
-        scene: &P,
-        parameters: Parameters,
+        &self,
         state: &State<P>,
         simulators: Vec<SimulatorOf<P, F>>,
         checked: usize,
-        boundaries: &BoundaryConditions<P::Space>,
-        streams: Streams,
-    ) -> Result<Self, DsmcError> {
+    ) -> Result<DsmcEngine<P, F>, DsmcError> {
         let (domain, count) = (state.domain, simulators.len());
         let checkpoint = DsmcCheckpoint {
             simulators,
-            ..fresh(scene, &parameters, (state.time, &domain), count, boundaries)
+            ..self.fresh((state.time, &domain), count)
         };
-        let mut engine = Self::build(
-            scene,
-            parameters,
-            domain,
-            checkpoint,
-            boundaries,
-            streams,
-            Some(checked),
-        )?;
+        let mut engine = self.build(domain, checkpoint, Some(checked))?;
         engine.update_step_bounds();
         Ok(engine)
     }
 
-    /// Resumes an engine in a periodic box from a checkpoint of a run started with equal arguments,
-    /// cells and tiles, and continues to the same bytes.
+    /// Creates the engine of a start without its simulators, which
+    /// [`take_start`](DsmcEngine::take_start) adds.
     ///
     /// # Errors
-    /// As [`DsmcEngine::new`].
+    /// As [`Self::start_sets`]; [`DsmcError::BadWeights`] unless weights are uniform.
+    pub(crate) fn before_start(
+        &self,
+        start: &dyn StartStream,
+        domain: Domain<P::Space>,
+    ) -> Result<DsmcEngine<P, F>, DsmcError> {
+        self.parameters.check_values()?;
+        let (found, wanted) = (
+            start.sets(),
+            self.parameters.simulators_per_particle as usize,
+        );
+        if found != wanted {
+            return Err(DsmcError::UnequalStarts { found, wanted });
+        }
+        if !self.boundaries.weights.factors().is_empty() {
+            return Err(DsmcError::BadWeights {
+                found: "weights of regions".into(),
+                allowed: "uniform weights, where particles are made one after the other",
+            });
+        }
+        let fresh = self.fresh((0.0, &domain), start.particles() * start.sets());
+        self.build(domain, fresh, None)
+    }
+
+    /// Resumes the engine from a checkpoint of a run started with an equal setup, cells and tiles,
+    /// and continues to the same bytes.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
     pub fn resume(
-        scene: &P,
-        parameters: Parameters,
+        &self,
         domain: Domain<P::Space>,
         checkpoint: DsmcCheckpoint<P, F>,
-        streams: Streams,
-    ) -> Result<Self, DsmcError> {
-        let boundaries = BoundaryConditions::default();
-        Self::resume_between(scene, parameters, domain, checkpoint, &boundaries, streams)
-    }
-
-    /// Resumes an engine from a checkpoint, as [`DsmcEngine::resume`], in a box with boundary
-    /// conditions.
-    ///
-    /// # Errors
-    /// As [`DsmcEngine::start_between`].
-    pub fn resume_between(
-        scene: &P,
-        parameters: Parameters,
-        domain: Domain<P::Space>,
-        checkpoint: DsmcCheckpoint<P, F>,
-        boundaries: &BoundaryConditions<P::Space>,
-        streams: Streams,
-    ) -> Result<Self, DsmcError> {
+    ) -> Result<DsmcEngine<P, F>, DsmcError> {
         let domain = displaced_images(domain, checkpoint.offset)?;
-        Self::build(
-            scene, parameters, domain, checkpoint, boundaries, streams, None,
-        )
+        self.build(domain, checkpoint, None)
     }
 
-    /// Builds an engine from a checkpoint. `fresh`: for a start, the number of particles in its
+    fn fresh(&self, from: (f64, &Domain<P::Space>), count: usize) -> DsmcCheckpoint<P, F> {
+        fresh(self.scene, &self.parameters, from, count, &self.boundaries)
+    }
+
+    /// Builds the engine from a checkpoint. `fresh`: for a start, the number of particles in its
     /// state.
-    pub(crate) fn build(
-        scene: &P,
-        parameters: Parameters,
+    fn build(
+        &self,
         domain: Domain<P::Space>,
         checkpoint: DsmcCheckpoint<P, F>,
-        boundaries: &BoundaryConditions<P::Space>,
-        streams: Streams,
         fresh: Option<usize>,
-    ) -> Result<Self, DsmcError> {
-        check_choices(scene, parameters, &domain, boundaries)?;
+    ) -> Result<DsmcEngine<P, F>, DsmcError> {
+        let (parameters, streams) = (self.parameters, self.streams);
+        check_choices(self.scene, parameters, &domain, &self.boundaries)?;
         let copies = parameters.simulators_per_particle as usize;
-        let scene = scene.with_sizes(scene.sizes().repeat_sizes(copies));
+        let scene = self
+            .scene
+            .with_sizes(self.scene.sizes().repeat_sizes(copies));
         let DsmcCheckpoint {
             time,
             mut simulators,
@@ -238,10 +262,11 @@ where
             factors,
             offset: _,
         } = checkpoint;
-        let boundaries = &boundaries.with_factors(&factors);
+        let boundaries = &self.boundaries.with_factors(&factors);
         check_numbers::<P, F>(&scene, &simulators)?;
         let (weight, sizes) = (1.0 / copies as f64, scene.sizes());
-        let [mean_diameter, moment_ratio, mean_mass, ball] = means.averages();
+        let averages = means.averages();
+        let [mean_diameter, _, mean_mass, ball] = averages;
         let volume = boundaries.free_volume(&domain, 0.5 * mean_diameter);
         // An inflow may be denser than the gas.
         let packing_fraction = means
@@ -282,21 +307,12 @@ where
             };
             simulators = entry.place::<F>(simulators, fresh, &mut ledgers)?;
         }
-        let mut engine = Self {
+        let mut engine = DsmcEngine {
             rates: (parameters.scheme.partners() == PartnerSelection::AroundContact)
                 .then(|| Rates::new(&density, &gas, ball, means.spread::<P>(sizes), radius)),
             density,
             arm,
-            constants: Constants {
-                packing_fraction,
-                weight,
-                mean_free_path: parameters
-                    .mean_free_path::<P::Space>(packing_fraction, mean_diameter),
-                moment_ratio,
-                partner_radius: radius,
-                mean_radius: 0.5 * mean_diameter,
-                mean_mass,
-            },
+            constants: constants::<P::Space>(&parameters, packing_fraction, weight, averages),
             scene,
             parameters,
             streams,
@@ -324,7 +340,32 @@ where
         engine.fill(&simulators);
         Ok(engine)
     }
+}
 
+/// Computes the constants of a gas from its parameters, packing fraction, weight of a simulator, and
+/// averages over its particles: diameter, ratio of moments, mass and volume.
+fn constants<S: Space>(
+    parameters: &Parameters,
+    packing_fraction: f64,
+    weight: f64,
+    [mean_diameter, moment_ratio, mean_mass, _]: [f64; 4],
+) -> Constants {
+    Constants {
+        packing_fraction,
+        weight,
+        mean_free_path: parameters.mean_free_path::<S>(packing_fraction, mean_diameter),
+        moment_ratio,
+        partner_radius: parameters.partner_radius::<S>(packing_fraction, mean_diameter),
+        mean_radius: 0.5 * mean_diameter,
+        mean_mass,
+    }
+}
+
+impl<P, F> DsmcEngine<P, F>
+where
+    P: ParticleModel,
+    F: DisplacementTracking<P::Space>,
+{
     /// Rebuilds all tiles from a list of simulators; the order of simulators within a cell is kept.
     pub(crate) fn fill(&mut self, simulators: &[SimulatorOf<P, F>]) {
         let places = self.grid.places();

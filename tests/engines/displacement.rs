@@ -164,13 +164,15 @@ fn displacements_of_simulators_end_at_their_positions() {
     for displacement in [PartnerDisplacement::None, PartnerDisplacement::Diameter] {
         let streams = Streams::new(1, 0);
         let parameters = parameters(2.0, 1, displacement);
-        let mut engine = DsmcEngine::<_, Tracked>::start(&scene, parameters, &start, streams)
+        let mut engine = DsmcEngine::<_, Tracked>::setup(&scene, parameters, streams)
+            .start(&start)
             .expect("an engine");
         engine.track_displacements();
         engine.advance(40.0, u64::MAX, &mut ());
         // Two parts, as in a resumed run.
         let checkpoint = engine.checkpoint();
-        let mut engine = DsmcEngine::resume(&scene, parameters, start.domain, checkpoint, streams)
+        let mut engine = DsmcEngine::setup(&scene, parameters, streams)
+            .resume(start.domain, checkpoint)
             .expect("an engine");
         engine.advance(80.0, u64::MAX, &mut ());
         assert!(engine.tally().collisions > 5_000);
@@ -206,12 +208,12 @@ fn simulators_diffuse_as_enskog_says() {
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 600, packing, seed);
             let streams = Streams::new(seed, 0);
-            let mut engine = DsmcEngine::<_, Tracked>::start(
+            let mut engine = DsmcEngine::<_, Tracked>::setup(
                 &equal(1.0, 600),
                 parameters(4.0, 32, PartnerDisplacement::None),
-                &as_kinds(&start),
                 streams,
             )
+            .start(&as_kinds(&start))
             .expect("an engine");
             engine.track_displacements();
             engine.advance(time, u64::MAX, &mut ());
@@ -303,12 +305,12 @@ fn cooling_gas_spreads_as_the_logarithm_of_time() {
         .map(|seed| {
             let start = gas(Arrangement::Disordered, 400, packing, seed);
             let streams = Streams::new(seed, 0);
-            let mut engine = DsmcEngine::<_, Tracked>::start(
+            let mut engine = DsmcEngine::<_, Tracked>::setup(
                 &equal(r, 400),
                 parameters(4.0, 16, PartnerDisplacement::None),
-                &as_kinds(&start),
                 streams,
             )
+            .start(&as_kinds(&start))
             .expect("an engine");
             engine.track_displacements();
             engine.advance(2.0 * haff, u64::MAX, &mut ());

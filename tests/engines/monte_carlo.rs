@@ -282,14 +282,9 @@ fn mixtures_continue_to_the_same_bits() {
         let streams = Streams::new(8, 0);
         let mut whole = DsmcEngine::new(&scene, parameters, &start, streams).expect("an engine");
         whole.advance(1e9, 40, &mut ());
-        let mut rest = DsmcEngine::resume(
-            &scene,
-            parameters,
-            start.domain,
-            whole.checkpoint(),
-            streams,
-        )
-        .expect("an engine");
+        let mut rest = DsmcEngine::setup(&scene, parameters, streams)
+            .resume(start.domain, whole.checkpoint())
+            .expect("an engine");
         for engine in [&mut whole, &mut rest] {
             engine.advance(1e9, 40, &mut ());
         }
@@ -312,14 +307,9 @@ fn checkpoints_continue_to_the_same_bits() {
         };
         let mut whole = engine(0.8, 1500, 0.25, 6, parameters);
         assert!(!whole.advance(50.0, 40, &mut ()));
-        let mut rest = DsmcEngine::resume(
-            &disks(0.8),
-            parameters,
-            whole.state().domain,
-            whole.checkpoint(),
-            Streams::new(6, 0),
-        )
-        .expect("an engine");
+        let mut rest = DsmcEngine::setup(&disks(0.8), parameters, Streams::new(6, 0))
+            .resume(whole.state().domain, whole.checkpoint())
+            .expect("an engine");
         for gas in [&mut whole, &mut rest] {
             assert!(gas.advance(50.0, u64::MAX, &mut ()));
         }

@@ -703,7 +703,8 @@ where
         let run = |threads: usize, stop: bool| {
             in_pool(threads, || {
                 let mut seen = Seen::default();
-                let mut engine = DsmcEngine::<P, F>::start(scene, parameters, state, streams)
+                let mut engine = DsmcEngine::<P, F>::setup(scene, parameters, streams)
+                    .start(state)
                     .expect("an engine");
                 engine.retile(500);
                 assert!(engine.grid().tiles()[..2].iter().all(|&tiles| tiles >= 3));
@@ -711,7 +712,8 @@ where
                 if stop {
                     let checkpoint = engine.checkpoint();
                     let domain = state.domain;
-                    engine = DsmcEngine::resume(scene, parameters, domain, checkpoint, streams)
+                    engine = DsmcEngine::setup(scene, parameters, streams)
+                        .resume(domain, checkpoint)
                         .expect("an engine");
                     engine.retile(500);
                 }

@@ -230,7 +230,8 @@ fn a_gas_in_the_plane_is_the_same_for_any_number_of_processes() {
         };
         assert_same::<_, Tracked>(scheme.name(), &legs, &[1, 2, 3, 5, 8], || {
             let parameters = parameters(scheme, cell);
-            DsmcEngine::start(&equal::<Plane>(0.7), parameters, &state, Streams::new(5, 0))
+            DsmcEngine::setup(&equal::<Plane>(0.7), parameters, Streams::new(5, 0))
+                .start(&state)
                 .expect("an engine")
         });
     }
@@ -248,13 +249,9 @@ fn a_gas_in_space_is_the_same_for_any_number_of_processes() {
         };
         assert_same::<_, Untracked>(scheme.name(), &legs, &[2, 3, 8], || {
             let parameters = parameters(scheme, cell);
-            DsmcEngine::start(
-                &equal::<Volume>(0.8),
-                parameters,
-                &state,
-                Streams::new(5, 0),
-            )
-            .expect("an engine")
+            DsmcEngine::setup(&equal::<Volume>(0.8), parameters, Streams::new(5, 0))
+                .start(&state)
+                .expect("an engine")
         });
     }
 }
@@ -316,7 +313,9 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
     assert_same::<_, Tracked>("a flow", &legs, &[1, 2, 3, 8], || {
         let parameters = parameters(Scheme::Boltzmann, 0.3);
         let streams = Streams::new(9, 0);
-        DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
+        DsmcEngine::setup(&scene, parameters, streams)
+            .between(&boundaries)
+            .start(&state)
             .expect("an engine")
     });
 }
@@ -364,7 +363,9 @@ fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
             let scheme = Scheme::Enskog(Neighbourhood::Cells(neighbourhood));
             let parameters = parameters(scheme, 2.0);
             let (scene, streams) = (equal::<Plane>(0.7), Streams::new(5, 0));
-            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
+            DsmcEngine::setup(&scene, parameters, streams)
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine")
         });
     }
@@ -388,7 +389,8 @@ fn tiles_that_change_hands_change_nothing() {
     let owners = Mutex::new(Vec::new());
     let make = || {
         let parameters = parameters(Scheme::Boltzmann, 1.0);
-        DsmcEngine::<_, Untracked>::start(&scene, parameters, &state, Streams::new(5, 0))
+        DsmcEngine::<_, Untracked>::setup(&scene, parameters, Streams::new(5, 0))
+            .start(&state)
             .expect("an engine")
     };
     let found = among(3, |ranks| {
@@ -510,27 +512,18 @@ impl Channel {
 
     fn begins(&self) -> DsmcEngine<Disks, Untracked> {
         let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
-        DsmcEngine::start_between(
-            &self.scene,
-            parameters,
-            &self.state,
-            &self.boundaries,
-            streams,
-        )
-        .expect("an engine")
+        DsmcEngine::setup(&self.scene, parameters, streams)
+            .between(&self.boundaries)
+            .start(&self.state)
+            .expect("an engine")
     }
 
     fn resumes(&self, checkpoint: DsmcCheckpoint<Disks>) -> DsmcEngine<Disks> {
         let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
-        DsmcEngine::resume_between(
-            &self.scene,
-            parameters,
-            self.state.domain,
-            checkpoint,
-            &self.boundaries,
-            streams,
-        )
-        .expect("an engine")
+        DsmcEngine::setup(&self.scene, parameters, streams)
+            .between(&self.boundaries)
+            .resume(self.state.domain, checkpoint)
+            .expect("an engine")
     }
 
     /// Writes a checkpoint by several processes; returns its manifest and the later state of the
@@ -749,14 +742,13 @@ fn part_of_start<P: ParticleModel>(
     ranks: Arc<dyn Ranks>,
 ) -> Result<(Vec<u8>, usize), DsmcError> {
     let (start, boundaries) = (Visited(state), BoundaryConditions::default());
-    let mut engine = DsmcEngine::<P, Untracked>::before_start(
+    let mut engine = DsmcEngine::<P, Untracked>::setup(
         scene,
         parameters(Scheme::Boltzmann, 3.0),
-        &start,
-        state.domain,
-        &boundaries,
         Streams::new(5, 0),
-    )?;
+    )
+    .between(&boundaries)
+    .before_start(&start, state.domain)?;
     let is_first = ranks.rank() == 0;
     engine.distribute_among(ranks);
     let own = engine.start_parts(&start)?;
@@ -772,12 +764,12 @@ fn part_of_start<P: ParticleModel>(
 fn a_start_in_parts_has_the_bytes_of_a_whole_one() {
     let scene = equal::<Plane>(0.7);
     let state = start::<_>(120_000, Vector2::new(700.0, 400.0), 4);
-    let whole = DsmcEngine::<_, Untracked>::start(
+    let whole = DsmcEngine::<_, Untracked>::setup(
         &scene,
         parameters(Scheme::Boltzmann, 3.0),
-        &state,
         Streams::new(5, 0),
-    );
+    )
+    .start(&state);
     let whole = to_bytes(&whole.expect("an engine").checkpoint());
     for size in [1, 2, 3, 5] {
         let kept = Mutex::new(Vec::new());

@@ -218,15 +218,20 @@ impl<'a, K: Keep<'a>> Begin<'_, 'a, K> {
                 };
                 let states = starts.iter().map(state).collect::<Result<Vec<_>, _>>()?;
                 let engine = match &states[..] {
-                    [one] => DsmcEngine::start_between(scene, parameters, one, boundaries, streams),
-                    all => DsmcEngine::start_sets(scene, parameters, all, boundaries, streams),
+                    [one] => DsmcEngine::setup(scene, parameters, streams)
+                        .between(boundaries)
+                        .start(one),
+                    all => DsmcEngine::setup(scene, parameters, streams)
+                        .between(boundaries)
+                        .start_sets(all),
                 };
                 (engine?, false, Pending::None)
             }
             StartSource::Stream(start) => {
                 let domain = domain(start.lengths(), 0.0)?;
-                let engine =
-                    DsmcEngine::before_start(scene, parameters, start, domain, boundaries, streams);
+                let engine = DsmcEngine::setup(scene, parameters, streams)
+                    .between(boundaries)
+                    .before_start(start, domain);
                 (engine?, false, Pending::Start(start))
             }
             StartSource::Checkpoint(left) => {
@@ -246,9 +251,9 @@ impl<'a, K: Keep<'a>> Begin<'_, 'a, K> {
                 };
                 // The checkpoint has the offset of the boxes.
                 let domain = domain(left.lengths, 0.0)?;
-                let engine = DsmcEngine::resume_between(
-                    scene, parameters, domain, kept.gas, boundaries, streams,
-                );
+                let engine = DsmcEngine::setup(scene, parameters, streams)
+                    .between(boundaries)
+                    .resume(domain, kept.gas);
                 (engine?, kept.follows, pending)
             }
         };

@@ -200,14 +200,15 @@ fn threads_and_stops_change_nothing() {
         let run = |threads: usize, stop: bool| {
             in_pool(threads, || {
                 let mut seen = Seen::default();
-                let mut engine =
-                    DsmcEngine::<_, Tracked>::start(&scene, parameters, &state, streams)
-                        .expect("an engine");
+                let mut engine = DsmcEngine::<_, Tracked>::setup(&scene, parameters, streams)
+                    .start(&state)
+                    .expect("an engine");
                 engine.advance(f64::INFINITY, 6, &mut seen);
                 if stop {
                     let checkpoint = engine.checkpoint();
                     let domain = state.domain;
-                    engine = DsmcEngine::resume(&scene, parameters, domain, checkpoint, streams)
+                    engine = DsmcEngine::setup(&scene, parameters, streams)
+                        .resume(domain, checkpoint)
                         .expect("an engine");
                 }
                 engine.advance(f64::INFINITY, 6, &mut seen);
@@ -290,9 +291,9 @@ fn free_flight_is_exact() {
         scheme: Scheme::Collisionless,
         ..PARAMETERS
     };
-    let mut engine =
-        DsmcEngine::<_, Tracked>::start(&equal(1.0), parameters, &state, Streams::new(1, 0))
-            .expect("an engine");
+    let mut engine = DsmcEngine::<_, Tracked>::setup(&equal(1.0), parameters, Streams::new(1, 0))
+        .start(&state)
+        .expect("an engine");
     engine.retile(1);
     engine.hold_step(0.013);
     for _ in 0..10 {
@@ -331,7 +332,8 @@ fn spheres_collide_at_the_rate_of_theory() {
             ..PARAMETERS
         };
         let mut engine =
-            DsmcEngine::<_, Untracked>::start(&scene, parameters, &state, Streams::new(seed, 0))
+            DsmcEngine::<_, Untracked>::setup(&scene, parameters, Streams::new(seed, 0))
+                .start(&state)
                 .expect("an engine");
         engine.advance(4.0, u64::MAX, &mut ());
         let packing = state.packing_fraction(&scene);

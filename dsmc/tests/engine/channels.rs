@@ -78,9 +78,10 @@ fn disks_in_channels_collide_as_often_as_the_engine_says() {
                 ..AROUND_POINTS
             };
             let streams = Streams::new(1, 0);
-            let mut engine: DsmcEngine<Disks> =
-                DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
-                    .expect("an engine");
+            let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
+                .between(&boundaries)
+                .start(&state)
+                .expect("an engine");
             let unit = 1.0 / exact;
             engine.advance(15.0 * unit, u64::MAX, &mut ());
             let (from, before) = (engine.time(), engine.tally().collisions);
@@ -116,7 +117,9 @@ fn channels_of_few_diameters_are_refused() {
         };
         let start = |parameters| {
             let streams = Streams::new(1, 0);
-            DsmcEngine::<Disks>::start_between(&scene, parameters, &state, &boundaries, streams)
+            DsmcEngine::<Disks>::setup(&scene, parameters, streams)
+                .between(&boundaries)
+                .start(&state)
                 .map(|_| ())
         };
         let refused = start(AROUND_POINTS).expect_err("too narrow");

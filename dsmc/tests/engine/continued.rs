@@ -61,18 +61,19 @@ fn stops_change_nothing(
 ) {
     let streams = Streams::new(3, 0);
     let run = |stop: bool| {
-        let mut engine: DsmcEngine<Disks> =
-            DsmcEngine::start_between(scene, parameters, state, boundaries, streams)
-                .expect("an engine");
+        let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(scene, parameters, streams)
+            .between(boundaries)
+            .start(state)
+            .expect("an engine");
         engine.advance(f64::INFINITY, steps, &mut ());
         let before = engine.simulators();
         if stop {
             let checkpoint = engine.checkpoint();
             let domain = state.domain;
-            engine = DsmcEngine::resume_between(
-                scene, parameters, domain, checkpoint, boundaries, streams,
-            )
-            .expect("an engine");
+            engine = DsmcEngine::setup(scene, parameters, streams)
+                .between(boundaries)
+                .resume(domain, checkpoint)
+                .expect("an engine");
         }
         engine.advance(f64::INFINITY, steps, &mut ());
         let tiles = engine.grid().tiles();
@@ -144,7 +145,9 @@ fn an_empty_channel_fills() {
             ..ACROSS
         };
         let mut engine: DsmcEngine<Disks> =
-            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+            DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine");
         // Tiles are made for the expected number.
         assert!(engine.grid().cells() > 100);

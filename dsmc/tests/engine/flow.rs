@@ -61,7 +61,9 @@ fn a_drifting_gas_stays_uniform() {
             bodies: Vec::new(),
         };
         let mut engine: DsmcEngine<Grains<Volume, Rough>, Tracked> =
-            DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine");
         let transit = 8.0 / drift;
         let mut slices = [[0.0; 5]; 4];
@@ -137,7 +139,9 @@ fn without_flux_a_channel_runs_empty() {
         let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
         let state = gas::<Disks>(&scene, domain, 0.0, 200, 1.0, 3);
         let mut engine: DsmcEngine<Disks> =
-            DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine");
         engine.advance(1e4, u64::MAX, &mut ());
         assert_eq!(engine.simulators(), 0);
@@ -165,9 +169,10 @@ fn a_supersonic_stream_fills_an_empty_channel() {
         domain: boundaries.walls.domain(vector![10.0, 5.0]).expect("a box"),
         bodies: Vec::new(),
     };
-    let mut engine: DsmcEngine<Disks> =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
-            .expect("an engine");
+    let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     assert_eq!(engine.simulators(), 0);
     engine.advance(10.0, u64::MAX, &mut ());
     let entered = engine.ledgers().inflows[0].particles;
@@ -208,14 +213,11 @@ fn splits_and_merges_are_fair() {
         for body in &mut state.bodies {
             body.velocity[0] += 1.0;
         }
-        let mut engine: DsmcEngine<Disks> = DsmcEngine::start_between(
-            &scene,
-            parameters,
-            &state,
-            &boundaries,
-            Streams::new(seed, 0),
-        )
-        .expect("an engine");
+        let mut engine: DsmcEngine<Disks> =
+            DsmcEngine::setup(&scene, parameters, Streams::new(seed, 0))
+                .between(&boundaries)
+                .start(&state)
+                .expect("an engine");
         engine.advance(16.0, u64::MAX, &mut ());
         let balance = engine.ledgers().balance;
         assert_eq!(balance.particles, balance.mass);
@@ -312,29 +314,20 @@ fn nothing_changes(weights: SimulatorWeights, place: impl Fn(f64) -> f64) {
     let run = |threads: usize, per_tile: Option<usize>, stop: bool| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().expect("threads").install(|| {
-            let mut engine = DsmcEngine::<_, Tracked>::start_between(
-                &scene,
-                PARAMETERS,
-                &state,
-                &boundaries,
-                streams,
-            )
-            .expect("an engine");
+            let mut engine = DsmcEngine::<_, Tracked>::setup(&scene, PARAMETERS, streams)
+                .between(&boundaries)
+                .start(&state)
+                .expect("an engine");
             if let Some(per_tile) = per_tile {
                 engine.retile(per_tile);
             }
             engine.advance(f64::INFINITY, 12, &mut ());
             if stop {
                 let checkpoint = engine.checkpoint();
-                engine = DsmcEngine::resume_between(
-                    &scene,
-                    PARAMETERS,
-                    domain,
-                    checkpoint,
-                    &boundaries,
-                    streams,
-                )
-                .expect("an engine");
+                engine = DsmcEngine::setup(&scene, PARAMETERS, streams)
+                    .between(&boundaries)
+                    .resume(domain, checkpoint)
+                    .expect("an engine");
             }
             engine.advance(f64::INFINITY, 12, &mut ());
             (
@@ -376,16 +369,12 @@ fn streams_that_have_no_meaning_are_refused() {
         let boundaries = channel(vec![good, stream], Face::Periodic);
         let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
         let state = gas::<Disks>(&scene, domain, 0.0, 5, 1.0, 3);
-        DsmcEngine::<Disks>::start_between(
-            &scene,
-            PARAMETERS,
-            &state,
-            &boundaries,
-            Streams::new(1, 0),
-        )
-        .map(|_| ())
-        .expect_err("refused")
-        .to_string()
+        DsmcEngine::<Disks>::setup(&scene, PARAMETERS, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
+            .map(|_| ())
+            .expect_err("refused")
+            .to_string()
     };
     for (stream, part) in [
         (
@@ -454,13 +443,9 @@ fn only_species_can_flow() {
             ParticleState::new(second, rest),
         ],
     };
-    let refused = DsmcEngine::<_>::start_between(
-        &individual,
-        PARAMETERS,
-        &state,
-        &boundaries,
-        Streams::new(1, 0),
-    );
+    let refused = DsmcEngine::<_>::setup(&individual, PARAMETERS, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state);
     assert!(matches!(refused, Err(DsmcError::Individuals)));
     let kind = |radius, mass| SpeciesProperties {
         radius,
@@ -477,14 +462,10 @@ fn only_species_can_flow() {
             ParticleState::new(second, rest),
         ],
     };
-    let mut engine = DsmcEngine::<_>::start_between(
-        &species,
-        PARAMETERS,
-        &state,
-        &boundaries,
-        Streams::new(1, 0),
-    )
-    .expect("an engine");
+    let mut engine = DsmcEngine::<_>::setup(&species, PARAMETERS, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     engine.advance(20.0, u64::MAX, &mut ());
     let mut kinds = [0; 2];
     let mut light = Vec::new();
@@ -538,9 +519,10 @@ fn atmosphere(count: f64, weights: SimulatorWeights) -> (DsmcEngine<Disks>, [[f6
         let below = body.position[1] / height;
         body.position[1] = -(-below * -(-pull * height).exp_m1()).ln_1p() / pull;
     }
-    let mut engine: DsmcEngine<Disks> =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
-            .expect("an engine");
+    let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     let samples = 40;
     let mut fifths = [[0.0; 3]; 5];
     for sample in 0..samples {

@@ -88,7 +88,9 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
         let state = outside(all, &obstacles, radius);
         let count = state.bodies.len() as f64;
         let mut engine: DsmcEngine<Disks> =
-            DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine");
         engine.count_cells();
         engine.advance(1.0, u64::MAX, &mut ());
@@ -155,7 +157,9 @@ fn nothing_flies_through_an_obstacle() {
     };
     for step in [0.25, 7.0, 100.0] {
         let mut engine: DsmcEngine<Disks> =
-            DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+            DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine");
         engine.hold_step(step);
         engine.advance(100.0, u64::MAX, &mut ());
@@ -193,7 +197,9 @@ fn a_grain_comes_to_rest_on_a_block() {
         bodies: vec![ParticleState::new(vector![5.0, 4.0], vector![0.0, 0.0])],
     };
     let mut engine: DsmcEngine<Grains<Plane, Smooth>> =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
             .expect("an engine");
     engine.advance(100.0, u64::MAX, &mut ());
     let body = engine.state().bodies[0];
@@ -229,7 +235,9 @@ fn a_grain_slides_down_a_slope() {
         bodies: vec![ParticleState::new(begin, vector![0.0, 0.0])],
     };
     let mut engine: DsmcEngine<Grains<Plane, Smooth>> =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
+        DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
             .expect("an engine");
     engine.hold_step(0.01);
     engine.advance(4.0, u64::MAX, &mut ());
@@ -288,9 +296,10 @@ fn grains_come_to_rest_in_wedges() {
             scheme: Scheme::Collisionless,
             ..PARAMETERS
         };
-        let mut engine: DsmcEngine<_> =
-            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
-                .expect("an engine");
+        let mut engine: DsmcEngine<_> = DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
+            .expect("an engine");
         let radius = if clearance == WallClearance::Radius {
             0.1
         } else {
@@ -336,9 +345,10 @@ fn spheres_flow_around_a_cylinder() {
     let mut state: State<Grains<Volume, Smooth>> = gas(&scene, domain, 0.0, 10_000, 1.0, 3);
     let from_axis = |position: Vector3<f64>| (position.xy() - Vector2::new(3.0, 3.0)).norm();
     state.bodies.retain(|body| from_axis(body.position) > 1.5);
-    let mut engine: DsmcEngine<_> =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
-            .expect("an engine");
+    let mut engine: DsmcEngine<_> = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     engine.advance(10.0, u64::MAX, &mut ());
     let end = engine.state();
     let energy = end.kinetic_energy(&scene) / state.kinetic_energy(&scene);
@@ -362,15 +372,11 @@ fn a_grain_inside_an_obstacle_is_named() {
     };
     let start = |state: &State<Disks>, obstacles, clearance| {
         let boundaries = around(obstacles, clearance);
-        DsmcEngine::<Disks>::start_between(
-            &scene,
-            PARAMETERS,
-            state,
-            &boundaries,
-            Streams::new(1, 0),
-        )
-        .map(|_| ())
-        .map_err(|error| error.to_string())
+        DsmcEngine::<Disks>::setup(&scene, PARAMETERS, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(state)
+            .map(|_| ())
+            .map_err(|error| error.to_string())
     };
     let two = || vec![disk(3.0, 3.0, 1.0), disk(5.0, 5.0, 2.0)];
     assert_eq!(start(&state, two(), WallClearance::Centre), Ok(()));
@@ -404,9 +410,10 @@ fn default_cells_follow_the_free_area() {
     };
     for (clearance, width) in [(WallClearance::Centre, 10.0), (WallClearance::Radius, 9.9)] {
         let boundaries = around(bodies.clone(), clearance);
-        let engine: DsmcEngine<Disks> =
-            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
-                .expect("an engine");
+        let engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
+            .expect("an engine");
         let packing = state.bodies.len() as f64 * Plane::particle_volume(0.05) / (40.0 * width);
         let wanted = parameters.cells(&domain, packing, 0.1);
         let found = engine.grid().counts().map(|count| count as usize);

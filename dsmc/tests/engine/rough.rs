@@ -71,7 +71,9 @@ fn engine<S: Space>(gas: &Gas<S>, state: &State<Gas<S>>, cells: f64) -> Spinning
         ..PARAMETERS
     };
     let boundaries = BoundaryConditions::default();
-    DsmcEngine::start_between(gas, parameters, state, &boundaries, Streams::new(12, 0))
+    DsmcEngine::setup(gas, parameters, Streams::new(12, 0))
+        .between(&boundaries)
+        .start(state)
         .expect("an engine")
 }
 
@@ -249,14 +251,11 @@ fn copies_and_partners_across_cells_spin_too() {
                 simulators_per_particle: 2,
                 ..PARAMETERS
             };
-            let mut engine: Spinning<Volume> = DsmcEngine::start_between(
-                &gas,
-                parameters,
-                &state,
-                &boundaries,
-                Streams::new(2, 0),
-            )
-            .expect("an engine");
+            let mut engine: Spinning<Volume> =
+                DsmcEngine::setup(&gas, parameters, Streams::new(2, 0))
+                    .between(&boundaries)
+                    .start(&state)
+                    .expect("an engine");
             let before = engine.state();
             assert!((energy(&before) / energy(&state) / 2.0 - 1.0).abs() < 1e-12);
             while engine.tally().collisions < 12_000 {

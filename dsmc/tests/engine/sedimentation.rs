@@ -120,7 +120,9 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
         ..PARAMETERS
     };
     let mut engine: DsmcEngine<Column, Tracked> =
-        DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+        DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
             .expect("an engine");
     let total = |state: &State<Column>| {
         let bodies = state.bodies.iter().enumerate();

@@ -154,9 +154,10 @@ fn no_energy_goes_through_a_partition() {
                     ..PARAMETERS
                 };
                 let streams = Streams::new(1, 0);
-                let mut engine: DsmcEngine<Disks> =
-                    DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
-                        .expect("an engine");
+                let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
+                    .between(&boundaries)
+                    .start(&state)
+                    .expect("an engine");
                 engine.advance(1.0, u64::MAX, &mut ());
                 assert!(engine.tally().collisions > 2000, "{:?}", engine.tally());
                 let [before, after] =
@@ -220,9 +221,10 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
                     ..PARAMETERS
                 };
                 let streams = Streams::new(1, 0);
-                let mut engine: DsmcEngine<Disks> =
-                    DsmcEngine::start_sets(&scene, parameters, &sets, &boundaries, streams)
-                        .expect("an engine");
+                let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
+                    .between(&boundaries)
+                    .start_sets(&sets)
+                    .expect("an engine");
                 // Relaxes from the start, which leaves a margin at bends, to a uniform density.
                 engine.advance(3.0, u64::MAX, &mut ());
                 let mut sides = Sides {
@@ -306,9 +308,10 @@ fn a_partition_shields_a_gas_from_a_sliding_wall() {
                     ..PARAMETERS
                 };
                 let streams = Streams::new(replica, 0);
-                let mut engine: DsmcEngine<Disks> =
-                    DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
-                        .expect("an engine");
+                let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
+                    .between(&boundaries)
+                    .start(&state)
+                    .expect("an engine");
                 let (mut momentum, mut count) = (0.0, 0.0);
                 engine.advance(100.0, u64::MAX, &mut ());
                 for sample in 1..=20 {
@@ -362,9 +365,10 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
                 ..PARAMETERS
             };
             let streams = Streams::new(1, 0);
-            let mut engine: DsmcEngine<Disks> =
-                DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
-                    .expect("an engine");
+            let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
+                .between(&boundaries)
+                .start(&state)
+                .expect("an engine");
             if let Some(tile) = tile {
                 engine.retile(tile);
             }
@@ -415,7 +419,9 @@ fn no_energy_goes_through_a_plate_in_space() {
         };
         let streams = Streams::new(1, 0);
         let mut engine: DsmcEngine<Grains<Volume, Smooth>> =
-            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, streams)
+            DsmcEngine::setup(&scene, parameters, streams)
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine");
         engine.advance(2.0, u64::MAX, &mut ());
         assert!(engine.tally().collisions > 1000, "{:?}", engine.tally());
@@ -441,13 +447,9 @@ fn refusal(obstacles: Vec<Obstacle>, parameters: Parameters) -> DsmcError {
         obstacles,
         ..BoundaryConditions::default()
     };
-    let engine = DsmcEngine::<Disks>::start_between(
-        &scene,
-        parameters,
-        &state,
-        &boundaries,
-        Streams::new(1, 0),
-    );
+    let engine = DsmcEngine::<Disks>::setup(&scene, parameters, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state);
     engine.err().expect("a refusal")
 }
 
@@ -492,7 +494,9 @@ fn bodies_that_cannot_be_told_apart_are_refused() {
         ..PARAMETERS
     };
     let streams = Streams::new(1, 0);
-    DsmcEngine::<Disks>::start_between(&scene, smaller, &state, &boundaries, streams)
+    DsmcEngine::<Disks>::setup(&scene, smaller, streams)
+        .between(&boundaries)
+        .start(&state)
         .expect("cells that do");
     let mean = Parameters {
         scheme: Scheme::Enskog(Neighbourhood::Mean),
@@ -543,9 +547,10 @@ fn a_closed_ring_holds_its_gas_apart() {
         body.velocity *= if inside(body.position) { 10.0 } else { 1.0 };
     }
     let streams = Streams::new(1, 0);
-    let mut engine: DsmcEngine<Disks> =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, streams)
-            .expect("an engine");
+    let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, PARAMETERS, streams)
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     engine.advance(1.0, u64::MAX, &mut ());
     assert!(engine.tally().collisions > 1000, "{:?}", engine.tally());
     let energy = |state: &State<Disks>| -> f64 {

@@ -44,7 +44,9 @@ fn alone(
         bodies: vec![ParticleState::new(position, velocity)],
     };
     let scene = grains(1.0, 1.0, Smooth, field);
-    DsmcEngine::start_between(&scene, PARAMETERS, &state, boundaries, Streams::new(1, 0))
+    DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        .between(boundaries)
+        .start(&state)
         .expect("an engine")
 }
 
@@ -62,9 +64,10 @@ fn a_specular_box_is_an_equilibrium() {
         body.velocity = vector![body.velocity.norm().copysign(body.velocity[0]), 0.0];
         body.position[0] *= 0.5;
     }
-    let mut engine =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
-            .expect("an engine");
+    let mut engine = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     let _: &DsmcEngine<Disks> = &engine;
     engine.advance(100.0, u64::MAX, &mut ());
     let end = engine.state();
@@ -104,9 +107,10 @@ fn diffuse_walls_give_their_temperature_and_velocity() {
     let scene = grains(disk_for_unit_path(200.0), 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [20.0, 5.0]);
     let state = gas::<Disks>(&scene, domain, 0.0, count, 1.0, 2);
-    let mut engine =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
-            .expect("an engine");
+    let mut engine = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     let _: &DsmcEngine<Disks> = &engine;
     let (mut drift, mut temperature, mut at_walls) = (0.0, 0.0, [0.0; 2]);
     for sample in 0..10 {
@@ -157,9 +161,10 @@ fn ledgers_close() {
     let domain = domain(&boundaries, [10.0, 8.0]);
     let state = gas(&scene, domain, 0.5, count, 1.0, 3);
     let streams = Streams::new(1, 0);
-    let mut engine: DsmcEngine<_, Tracked> =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, streams)
-            .expect("an engine");
+    let mut engine: DsmcEngine<_, Tracked> = DsmcEngine::setup(&scene, PARAMETERS, streams)
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     engine.advance(20.0, u64::MAX, &mut ());
     let end = engine.state();
     let (mass, momentum, energy) = engine.ledgers().total();
@@ -220,9 +225,10 @@ fn density_is_that_of_the_room() {
             cell_size: Some(2.0),
             ..PARAMETERS
         };
-        let mut engine =
-            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
-                .expect("an engine");
+        let mut engine = DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
+            .expect("an engine");
         let _: &DsmcEngine<Disks> = &engine;
         engine.advance(state.time + 1.0, u64::MAX, &mut ());
         let packing = count as f64 * Plane::particle_volume(0.5) / ((10.0 - 2.0 * aside) * height);
@@ -257,7 +263,9 @@ fn flight_between_walls_is_that_of_mirror_images() {
     };
     for (step, per_tile) in [(0.25, 1), (0.25, 100_000), (30.0, 30)] {
         let mut engine: DsmcEngine<Disks> =
-            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+            DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine");
         engine.retile(per_tile);
         engine.hold_step(step);
@@ -298,7 +306,9 @@ fn bouncing_is_periodic() {
     };
     for (step, per_tile) in [(0.0625, 1), (0.25, 30), (20.0, 100_000)] {
         let mut engine: DsmcEngine<Disks> =
-            DsmcEngine::start_between(&scene, parameters, &state, &boundaries, Streams::new(1, 0))
+            DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
+                .between(&boundaries)
+                .start(&state)
                 .expect("an engine");
         engine.retile(per_tile);
         engine.hold_step(step);
@@ -402,9 +412,10 @@ fn a_wall_faster_than_the_grains_leaves_none_behind() {
     let scene = grains(0.1, 0.9, Smooth, no_gravity());
     let domain = domain(&boundaries, [10.0, 10.0]);
     let state = gas::<Disks>(&scene, domain, 2.5, 500, 1e-2, 3);
-    let mut engine =
-        DsmcEngine::start_between(&scene, PARAMETERS, &state, &boundaries, Streams::new(1, 0))
-            .expect("an engine");
+    let mut engine = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        .between(&boundaries)
+        .start(&state)
+        .expect("an engine");
     let _: &DsmcEngine<Disks> = &engine;
     for sample in 1..=50 {
         let time = 0.37 * f64::from(sample);
@@ -508,16 +519,12 @@ fn what_does_not_fit_is_refused() {
     let state = gas(&scene, boxed_domain, 1.0, 10, 1.0, 1);
     let start =
         |parameters: Parameters, state: &State<Disks>, boundaries: &BoundaryConditions<Plane>| {
-            DsmcEngine::<Disks>::start_between(
-                &scene,
-                parameters,
-                state,
-                boundaries,
-                Streams::new(1, 0),
-            )
-            .map(|_| ())
-            .expect_err("refused")
-            .to_string()
+            DsmcEngine::<Disks>::setup(&scene, parameters, Streams::new(1, 0))
+                .between(boundaries)
+                .start(state)
+                .map(|_| ())
+                .expect_err("refused")
+                .to_string()
         };
     let contact = Parameters {
         scheme: Scheme::ContactPoint { radius: None },
@@ -580,14 +587,11 @@ fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
         simulators_per_particle: 8,
         ..PARAMETERS
     };
-    let mut engine: DsmcEngine<Disks> = DsmcEngine::start_between(
-        &scene,
-        parameters,
-        &state,
-        &boundaries,
-        Streams::new(seed, 0),
-    )
-    .expect("an engine");
+    let mut engine: DsmcEngine<Disks> =
+        DsmcEngine::setup(&scene, parameters, Streams::new(seed, 0))
+            .between(&boundaries)
+            .start(&state)
+            .expect("an engine");
     let energy = engine.state().kinetic_energy(&scene);
     engine.advance(20.0, u64::MAX, &mut ());
     let before = engine.ledgers().walls;
@@ -653,9 +657,10 @@ fn several_simulators_start_evenly_between_walls() {
         ..PARAMETERS
     };
     let streams = Streams::new(1, 0);
-    let engine =
-        DsmcEngine::<Disks>::start_between(&scene, parameters, &state(1), &boundaries, streams)
-            .expect("an engine");
+    let engine = DsmcEngine::<Disks>::setup(&scene, parameters, streams)
+        .between(&boundaries)
+        .start(&state(1))
+        .expect("an engine");
     let all = engine.state().bodies;
     assert_eq!(all.len(), 64 * 200);
     let error = 10.0 / (12.0_f64 * 64.0).sqrt();
@@ -668,12 +673,16 @@ fn several_simulators_start_evenly_between_walls() {
         ..PARAMETERS
     };
     let sets = [state(1), state(2)];
-    let engine = DsmcEngine::<Disks>::start_sets(&scene, two, &sets, &boundaries, streams)
+    let engine = DsmcEngine::<Disks>::setup(&scene, two, streams)
+        .between(&boundaries)
+        .start_sets(&sets)
         .expect("an engine");
     let energy: f64 = sets.iter().map(|set| set.kinetic_energy(&scene)).sum();
     let found = engine.state().kinetic_energy(engine.scene());
     assert!((found / energy - 1.0).abs() < 1e-14);
-    let said = DsmcEngine::<Disks>::start_sets(&scene, two, &sets[..1], &boundaries, streams)
+    let said = DsmcEngine::<Disks>::setup(&scene, two, streams)
+        .between(&boundaries)
+        .start_sets(&sets[..1])
         .map(|_| ())
         .expect_err("refused")
         .to_string();

@@ -142,13 +142,8 @@ fn kills(log: &mut TrialLog) -> Done {
                 steady.advance(f64::INFINITY, leg, &mut ());
                 let (scene, streams) = (disks(0.9)?, Streams::new(1, 0));
                 let from: DsmcCheckpoint<EqualDisks> = postcard::from_bytes(&killed)?;
-                let mut engine = DsmcEngine::<EqualDisks>::resume(
-                    &scene,
-                    setup.parameters,
-                    start.domain,
-                    from,
-                    streams,
-                )?;
+                let mut engine = DsmcEngine::<EqualDisks>::setup(&scene, setup.parameters, streams)
+                    .resume(start.domain, from)?;
                 engine.advance(f64::INFINITY, leg, &mut ());
                 killed = checkpoint_bytes(&engine)?;
                 let same = killed == checkpoint_bytes(&steady)?;

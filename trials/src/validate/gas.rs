@@ -86,7 +86,7 @@ pub(super) fn cells(
     );
     let (places, velocities) = columns(start);
     let start = state(domain, places.into_iter().zip(velocities));
-    let mut engine = DsmcEngine::start(&disks(1.0)?, parameters, &start, streams)?;
+    let mut engine = DsmcEngine::setup(&disks(1.0)?, parameters, streams).start(&start)?;
     engine.kick(&to_maxwellian(&particles_of(&engine.state()), streams)?);
     Ok(engine)
 }
