@@ -17,6 +17,7 @@ use stosszahl_case::format::{self, PlacementSpec, StartSpec};
 use stosszahl_case::{Case, CaseFile};
 use stosszahl_dsmc::Parameters;
 use stosszahl_model::{Interrupt, Particles, transport};
+use stosszahl_results::format_percent;
 
 use crate::check::Planned;
 use crate::follow::PartError;
@@ -25,7 +26,6 @@ use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError};
 use crate::run::error::RunError;
 use crate::run::options::RunOptions;
 use crate::unsaved::{InMemoryRun, collision_rate, energies, measures, resized};
-use crate::words::percent;
 
 /// Largest number of disks in the pilot runs that choose the Monte Carlo resolution.
 const MOST_DISKS: usize = 400;
@@ -177,7 +177,7 @@ impl Choice {
         } else {
             "K at t0 over Haff's law"
         };
-        let target = percent(target);
+        let target = format_percent(target);
         let reason = if self.met {
             format!("sure to be within {target} and the cheapest that is")
         } else {
@@ -191,8 +191,8 @@ impl Choice {
             self.parameters.simulators_per_particle,
             self.parameters.steps_per_cell_crossing,
             small.count(),
-            percent(self.found.systematic),
-            percent(self.found.systematic_error),
+            format_percent(self.found.systematic),
+            format_percent(self.found.systematic_error),
         )
     }
 }

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use stosszahl_case::{Case, CaseError, CaseFile, CasePoint, Format};
 use stosszahl_model::InvalidValue;
-use stosszahl_results::{Role, Table, TableCell, engine_title};
+use stosszahl_results::{Role, Table, TableCell, engine_title, format_number};
 
 use crate::engines;
 use crate::measure::{
@@ -17,7 +17,6 @@ use crate::plan::{
     available_memory,
 };
 use crate::question;
-use crate::words::short;
 
 /// Number of candidate pairs per collision from which a Monte Carlo scheme is called slow in a
 /// warning.
@@ -292,7 +291,7 @@ impl<'a> Planned<'a> {
                     "{}: slow, for it tries about {} pairs for each collision: the largest particles meet far more often than \
                      most, and the lightest are far faster, while all pairs are tried as if they were both",
                     engine_title(engine.name),
-                    short(trials.round())
+                    format_number(trials.round())
                 )
             })
         });

@@ -39,7 +39,6 @@ pub mod schedule;
 pub mod start;
 pub mod theory;
 mod unsaved;
-mod words;
 
 pub use accuracy::choose_resolution;
 pub use check::{Planned, check_case, format};
