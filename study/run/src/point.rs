@@ -517,7 +517,7 @@ fn time_unit(plan: &CasePlan) -> stosszahl_results::TimeUnitSize {
 
 /// Converts the case as it is run to JSON.
 pub(crate) fn as_json(plan: &CasePlan) -> Value {
-    serde_json::to_value(&plan.case).unwrap_or_default()
+    serde_json::to_value(&plan.case).expect("a case has keys of text only")
 }
 
 /// Lists the replicas whose start was not equilibrated, with the tests that failed.
