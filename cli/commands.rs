@@ -10,7 +10,10 @@ use crate::BUNDLE;
 use crate::case::CaseFile;
 use crate::case::format::parse_share;
 use crate::report::{Listed, Listing, ReportError, listing, write_report};
-use crate::results::{Existing, Manifest, changed_files, quantity_title, write_file};
+use crate::results::{
+    Existing, Manifest, changed_files, format_duration, format_rough, format_significant,
+    quantity_title, write_file,
+};
 use crate::study::cost::EngineCost;
 use crate::study::frontier::{self, FrontierError, frontier};
 use crate::study::plan::{available_memory, available_threads};
@@ -28,7 +31,7 @@ use crate::init as template;
 use crate::progress::Display;
 use crate::reference;
 use crate::reproduce::reproduce;
-use crate::terminal::{beside, duration};
+use crate::terminal::beside;
 
 /// File name of the report page of a frontier, in its results folder.
 const PAGE: &str = "frontier.html";
@@ -240,7 +243,7 @@ fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandErro
             let text = format!(
                 "  {:<50} {} {}",
                 quantity_title(&quantity.name),
-                figure(quantity.value),
+                format_significant(quantity.value, 6),
                 Some(&*quantity.unit)
                     .filter(|unit| *unit != "1")
                     .unwrap_or_default()
@@ -254,7 +257,7 @@ fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandErro
             "  {} replicas, about {:.2} GiB of memory and {about} {} on {threads} threads",
             outline.replicas,
             outline.cost.bytes / 1_073_741_824.0,
-            duration(outline.cost.seconds(threads))
+            format_duration(outline.cost.seconds(threads))
         ))?;
         let cost = &outline.cost;
         for (one, [seconds, _]) in cost.engines.iter().zip(&cost.pace.engines) {
@@ -278,7 +281,7 @@ fn outline(arguments: &CaseArguments, no_timing: bool) -> Result<(), CommandErro
         let points = outlines.len();
         say(&format!(
             "\n{points} points, {about} {} in all",
-            duration(seconds)
+            format_duration(seconds)
         ))?;
     }
     let needed = needed_memory(&planned, threads);
@@ -300,27 +303,8 @@ fn engine_cost(cost: &EngineCost, about: &str, seconds: f64) -> String {
         cost.name,
         format_rough(cost.collisions),
         cost.bytes / 1_073_741_824.0,
-        duration(seconds)
+        format_duration(seconds)
     )
-}
-
-/// Formats a rough number: whole below 1e4, with two significant digits above.
-fn format_rough(number: f64) -> String {
-    if number < 1e4 {
-        format!("{number:.0}")
-    } else {
-        format!("{number:.1e}")
-    }
-}
-
-/// Formats a number with up to six significant digits.
-fn figure(value: f64) -> String {
-    if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
-        format!("{value:.5e}")
-    } else {
-        let text = format!("{value:.6}");
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    }
 }
 
 /// Measures the frontier of a case, and prints the results. With `join`, it shares the work with

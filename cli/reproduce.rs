@@ -6,14 +6,14 @@ use crate::BUNDLE;
 use crate::case::{Bundled, PaperFile};
 use crate::report::figure_name;
 use crate::reproduction::{ReproduceOptions, Reproduction};
-use crate::results::Existing;
+use crate::results::{Existing, format_duration};
 use crate::study::RunOptions;
 use crate::study::plan::available_threads;
 
 use crate::arguments::ReproduceArguments;
 use crate::error::CommandError;
 use crate::progress::Display;
-use crate::terminal::{duration, line, listen, note, say};
+use crate::terminal::{line, listen, note, say};
 
 /// Message printed when a reproduction was stopped.
 const STOPPED: &str = "stopped; the same command goes on from the checkpoints";
@@ -117,8 +117,8 @@ fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
         say(&format!("  {}", file.paper.source))?;
         say(&format!(
             "  roughly {} on {threads} threads, quick runs {}",
-            duration(full.seconds(threads)),
-            duration(quick.seconds(threads))
+            format_duration(full.seconds(threads)),
+            format_duration(quick.seconds(threads))
         ))?;
         let both = full.outline(threads).into_iter();
         let both = both.zip(quick.outline(threads));
@@ -129,8 +129,8 @@ fn list(arguments: &ReproduceArguments) -> Result<(), CommandError> {
                 figure.title,
                 full.claims,
                 quick.claims,
-                duration(full.seconds),
-                duration(quick.seconds)
+                format_duration(full.seconds),
+                format_duration(quick.seconds)
             );
             say(&line(&format!("  {}", figure_name(&figure.name)), &said))?;
             if let Some(missing) = &figure.missing {

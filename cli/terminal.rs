@@ -30,12 +30,6 @@ pub fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// Formats a duration \[s\] for people, with its units.
-pub(crate) fn duration(seconds: f64) -> String {
-    let whole = Duration::from_secs(seconds.clamp(1.0, 1e12).round() as u64);
-    humantime::format_duration(whole).to_string()
-}
-
 /// Formats a label and a sentence as lines wrapped at the width of the terminal.
 pub(crate) fn line(word: &str, text: &str) -> String {
     beside(&format!("{word:<10} "), text)

@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 
 use stosszahl::command_line::{self, Display, RunArguments, STOPPED_RUN, TimeLimit, listen, note};
 use stosszahl::dsmc::{Ranks, from_first, gather_from_all};
+use stosszahl::model::to_bytes;
 use stosszahl::results::Existing;
 use stosszahl::study::RunOptions;
 use stosszahl::study::run::decomposed::{run_decomposed, serve_subdomains};
 
 use crate::heartbeat::Heartbeat;
-use crate::messages::{CaseMessage, read, to_message};
+use crate::messages::{CaseMessage, read};
 use crate::world::{Traffic, World};
 
 /// Runs a case with all processes. If nothing is heard of one for `patience`, the job ends.
@@ -28,7 +29,7 @@ pub fn run_on_ranks(arguments: &RunArguments, patience: Duration) -> ExitCode {
         ExitCode::SUCCESS
     };
     let seconds = began.elapsed().as_secs_f64();
-    let all = gather_from_all(&*ranks, to_message(&world.traffic()));
+    let all = gather_from_all(&*ranks, to_bytes(&world.traffic()));
     if world.rank() == 0 && !arguments.printed.quiet {
         for (rank, bytes) in all.iter().enumerate() {
             if let Some(traffic) = read::<Traffic>(bytes) {
@@ -51,7 +52,7 @@ fn lead(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) -> ExitCode {
     let file = command_line::read(&arguments.case);
     let case = file.as_ref().ok();
     let case = case.map(|file| CaseMessage::from_case(file, &arguments.case));
-    from_first(&**ranks, to_message(&case));
+    from_first(&**ranks, to_bytes(&case));
     let done = file.and_then(|file| {
         let display = Display::new();
         command_line::run(arguments, &file, &stop, &display, |file, options| {
@@ -66,10 +67,11 @@ fn follow(arguments: &RunArguments, ranks: &Arc<dyn Ranks>) {
     let stop = listen("");
     let _limit = TimeLimit::start(arguments.time_limit(), &stop, "");
     // No case, if the first process could not read it.
-    let Some(Some(case)) = read::<Option<CaseMessage>>(&from_first(&**ranks, Vec::new())) else {
-        return;
+    let file = match read::<Option<CaseMessage>>(&from_first(&**ranks, Vec::new())) {
+        Some(Some(case)) => case.read(),
+        Some(None) => return,
+        None => Err("the first process is of another version of the program".to_owned()),
     };
-    let file = case.read();
     let options = RunOptions {
         out: None,
         existing: Existing::Refuse,

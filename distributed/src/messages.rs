@@ -43,12 +43,6 @@ impl CaseMessage {
     }
 }
 
-/// Serialises a message.
-pub fn to_message<T: Serialize>(message: &T) -> Vec<u8> {
-    // Fails only for types without a length, of which there is none here.
-    postcard::to_stdvec(message).unwrap_or_default()
-}
-
 /// Deserialises a message; `None` if it is of another version of the program.
 pub fn read<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
     postcard::from_bytes(bytes).ok()

@@ -24,6 +24,7 @@
 //! so.
 
 pub mod bath;
+mod bytes;
 pub mod clusters;
 pub mod colliding_pair;
 pub mod collision;
@@ -59,6 +60,7 @@ pub mod threads;
 pub mod walls;
 
 pub use bath::Bath;
+pub use bytes::to_bytes;
 pub use clusters::Clusters;
 pub use colliding_pair::{CollidingPair, PostCollision};
 pub use collision::{Collision, bounce, collide};

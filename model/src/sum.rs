@@ -10,6 +10,7 @@
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::bytes::to_bytes;
 use crate::exact::ExactSum;
 use crate::particle::Particle;
 
@@ -62,8 +63,7 @@ impl<T: ParticleReduction> DynReduction for T {
     }
 
     fn save_bytes(&self) -> Vec<u8> {
-        // Fails only for types without a length.
-        postcard::to_stdvec(self).unwrap_or_default()
+        to_bytes(self)
     }
 
     fn add_saved(&mut self, bytes: &[u8]) -> bool {

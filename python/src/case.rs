@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use include_dir::{Dir, include_dir};
-use pyo3::exceptions::{PyKeyboardInterrupt, PyUserWarning};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyUserWarning};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use stosszahl_case::{CaseBundle, CaseFile};
@@ -15,7 +15,7 @@ use stosszahl_report::{
     COLUMN_WIDTHS, PRINT_WIDTHS, ReportError, print_figure, print_figures, write_held_report,
     write_report,
 };
-use stosszahl_results::{Existing, Manifest, Stored, Sweep};
+use stosszahl_results::{Existing, Stored, Sweep};
 use stosszahl_study::plan::available_threads;
 use stosszahl_study::{Progress, ProgressEstimate, RunOptions, format, run_case};
 
@@ -255,6 +255,11 @@ pub fn print_drawing(folder: PathBuf, name: &str, width: f64) -> PyResult<Drawin
     ))
 }
 
+/// Creates the exception for a value that is no JSON, which is an error of the package.
+fn no_json(error: serde_json::Error) -> PyErr {
+    PyRuntimeError::new_err(error.to_string())
+}
+
 /// Returns the manifest of a finished run as JSON, and the files that were changed since.
 #[pyfunction]
 pub fn manifest(folder: PathBuf) -> PyResult<(String, Vec<String>)> {
@@ -262,8 +267,8 @@ pub fn manifest(folder: PathBuf) -> PyResult<(String, Vec<String>)> {
     let Stored {
         manifest, changed, ..
     } = read.ok_or_else(|| ReportError::NoResults { folder }.into_exception())?;
-    let text = |manifest: &Manifest| serde_json::to_string(manifest).unwrap_or_default();
-    Ok((text(&manifest), changed))
+    let text = serde_json::to_string(&manifest).map_err(no_json)?;
+    Ok((text, changed))
 }
 
 /// Returns the names of the engines with their titles, in the order of tables and legends.
@@ -276,5 +281,6 @@ pub fn engines() -> Vec<(&'static str, &'static str)> {
 #[pyfunction]
 pub fn sweep(folder: PathBuf) -> PyResult<Option<String>> {
     let read = Sweep::read(&folder).map_err(Raise::into_exception)?;
-    Ok(read.map(|index| serde_json::to_string(&index).unwrap_or_default()))
+    let text = read.map(|index| serde_json::to_string(&index));
+    text.transpose().map_err(no_json)
 }

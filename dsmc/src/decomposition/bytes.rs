@@ -1,12 +1,8 @@
 //! Serialization of values into messages between processes, in the `postcard` format.
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Serializes a value for a message to another process.
-pub(crate) fn to_bytes<T: Serialize>(value: &T) -> Vec<u8> {
-    postcard::to_stdvec(value).expect("all types here have a length")
-}
+pub(crate) use stosszahl_model::to_bytes;
 
 /// Deserializes a value that another process sent.
 ///

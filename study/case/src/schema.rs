@@ -267,38 +267,39 @@ pub fn schema() -> Json {
 /// express.
 pub fn schema_of<T: JsonSchema>() -> Schema {
     let settings = SchemaSettings::draft2020_12().with(|all| all.inline_subschemas = true);
-    let mut json = settings
-        .into_generator()
-        .into_root_schema_for::<T>()
-        .to_value();
-    without_null(&mut json);
-    json.try_into().unwrap_or_default()
+    let mut schema = settings.into_generator().into_root_schema_for::<T>();
+    remove_null(schema.ensure_object());
+    schema
 }
 
+/// Removes null from all schemas in a value.
 fn without_null(schema: &mut Json) {
     match schema {
-        Json::Object(keys) => {
-            if keys.get("default").is_some_and(Json::is_null) {
-                keys.remove("default");
-            }
-            if let Some(types) = keys.get_mut("type").and_then(Json::as_array_mut) {
-                types.retain(|kind| kind != "null");
-                if let [kind] = &types[..] {
-                    let kind = kind.clone();
-                    keys.insert("type".to_owned(), kind);
-                }
-            }
-            if let Some(choices) = keys.get_mut("anyOf").and_then(Json::as_array_mut) {
-                choices.retain(|choice| choice["type"] != "null");
-            }
-            if let Some(choices) = keys.get_mut("enum").and_then(Json::as_array_mut) {
-                choices.retain(|choice| !choice.is_null());
-            }
-            keys.values_mut().for_each(without_null);
-        }
+        Json::Object(keys) => remove_null(keys),
         Json::Array(items) => items.iter_mut().for_each(without_null),
         _ => {}
     }
+}
+
+/// Removes null from a schema and all schemas in it.
+fn remove_null(keys: &mut serde_json::Map<String, Json>) {
+    if keys.get("default").is_some_and(Json::is_null) {
+        keys.remove("default");
+    }
+    if let Some(types) = keys.get_mut("type").and_then(Json::as_array_mut) {
+        types.retain(|kind| kind != "null");
+        if let [kind] = &types[..] {
+            let kind = kind.clone();
+            keys.insert("type".to_owned(), kind);
+        }
+    }
+    if let Some(choices) = keys.get_mut("anyOf").and_then(Json::as_array_mut) {
+        choices.retain(|choice| choice["type"] != "null");
+    }
+    if let Some(choices) = keys.get_mut("enum").and_then(Json::as_array_mut) {
+        choices.retain(|choice| !choice.is_null());
+    }
+    keys.values_mut().for_each(without_null);
 }
 
 /// Returns the alternatives of a schema (`anyOf` and the like); the schema itself if there are

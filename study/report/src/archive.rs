@@ -5,7 +5,7 @@
 //! page holds them, compressed, up to a limit; the files that do not fit are named.
 
 use std::fs;
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Component, Path};
 
 use base64::Engine as _;
@@ -78,28 +78,27 @@ impl Archive {
             return Ok(());
         }
         let path = folder.join(file);
-        let Ok(about) = fs::metadata(&path) else {
-            return Ok(());
+        let failed = |source| ResultsError::System {
+            path: path.clone(),
+            action: "read",
+            source,
         };
-        if about.len() > LARGEST_FILE {
+        let size = match fs::metadata(&path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            about => about.map_err(failed)?.len(),
+        };
+        if size > LARGEST_FILE {
             self.left_out.push(file.to_owned());
             return Ok(());
         }
-        let bytes = fs::read(&path).map_err(|source| ResultsError::System {
-            path,
-            action: "read",
-            source,
-        })?;
+        let bytes = fs::read(&path).map_err(failed)?;
         self.add(file, &bytes);
         Ok(())
     }
 
     /// Adds a file with the given contents to the archive, if it fits.
     pub fn add(&mut self, file: &str, bytes: &[u8]) {
-        let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
-        // Writing to memory cannot fail.
-        let _ = encoder.write_all(bytes);
-        let packed = encoder.finish().unwrap_or_default();
+        let packed = deflated(bytes);
         let full = self.bytes.len() + self.list.len() + packed.len() > LARGEST;
         if full || self.held == u16::MAX {
             self.left_out.push(file.to_owned());
@@ -165,6 +164,13 @@ impl Archive {
             script type="application/zip;base64" id="archive" data-name={ (self.name) ".zip" } { (PreEscaped(STANDARD.encode(bytes))) }
         }
     }
+}
+
+/// Compresses bytes by `deflate`.
+pub(crate) fn deflated(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
+    let packed = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    packed.expect("memory takes all bytes")
 }
 
 #[cfg(test)]

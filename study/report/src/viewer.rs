@@ -7,19 +7,17 @@
 //! large, each but the last is cut to a fair sample. A plain script (`viewer.js`) draws them,
 //! because a library would be larger than the particles.
 
-use std::io::Write as _;
 use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use flate2::Compression;
-use flate2::write::DeflateEncoder;
 use serde_json::{Value, json};
 use stosszahl_model::initial::{self, StartFile};
 use stosszahl_results::frames::{Dot, FASTEST, ParticleFrame, STEPS};
 use stosszahl_results::{Manifest, engine_rank, engine_title, frames};
 
 use crate::ReportError;
+use crate::archive::deflated;
 use crate::words::{number, spread};
 
 /// JavaScript of the particle player.
@@ -216,9 +214,6 @@ impl Packed {
 
     /// Compresses the packed bytes by `deflate` and returns them as Base64 text.
     fn compressed_base64(&self) -> String {
-        let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
-        // Writing to memory cannot fail.
-        let bytes = encoder.write_all(&self.0).and_then(|()| encoder.finish());
-        STANDARD.encode(bytes.unwrap_or_default())
+        STANDARD.encode(deflated(&self.0))
     }
 }

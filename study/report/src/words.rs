@@ -1,53 +1,38 @@
 //! Number formats of report pages: values, errors, powers of ten, settings.
 
 use serde_json::Value;
-use stosszahl_results::with_decimals;
+use stosszahl_results::{format_significant, format_with_error};
 
-/// Formats a number with about `digits` significant digits; a dash if it is not finite.
+/// Formats a number with `digits` significant digits; a dash if it is not finite.
 pub fn number(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let size = value.abs();
-    let sign = if value < 0.0 { "−" } else { "" };
-    // The formatter rounds first, so that 0.99999 gets the exponent of the shown number.
-    let text = format!("{size:.*e}", digits.saturating_sub(1));
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    if (-3..6).contains(&exponent) {
-        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
-        return format!("{sign}{}", without_zeros(&format!("{size:.decimals$}")));
-    }
-    match without_zeros(mantissa) {
-        "1" => format!("{sign}{}", power(exponent)),
-        mantissa => format!("{sign}{mantissa}·{}", power(exponent)),
-    }
-}
-
-/// Removes trailing zeros after a decimal point.
-fn without_zeros(text: &str) -> &str {
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.')
+    if value.is_finite() {
+        typeset(&format_significant(value, digits))
     } else {
-        text
+        "–".to_owned()
     }
 }
 
-/// Formats a value with its standard error, both to the second significant digit of the error.
+/// Formats a value with its standard error, both to the second significant digit of the error; the
+/// value alone if it is exact.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error.filter(|error| error.is_finite() && *error > 0.0) {
-        _ if !value.is_finite() => "–".to_owned(),
-        None => number(value, 5),
-        Some(error) => {
-            let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
-            if decimals > 7 || value.abs() >= 1e6 || error >= 1e6 {
-                return format!("{} ± {}", number(value, 5), number(error, 2));
-            }
-            with_decimals(value, error, decimals).replace('-', "−")
+        Some(error) if value.is_finite() => {
+            let text = format_with_error(value, error);
+            let parts: Vec<String> = text.split(" ± ").map(typeset).collect();
+            parts.join(" ± ")
         }
+        _ => number(value, 5),
+    }
+}
+
+/// Sets a number in plain text with a minus sign and a power of ten.
+fn typeset(text: &str) -> String {
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((text, ""));
+    let mantissa = mantissa.replace('-', "−");
+    match exponent.parse().map(power) {
+        Err(_) => mantissa,
+        Ok(power) if mantissa.trim_start_matches('−') == "1" => mantissa.replace('1', &power),
+        Ok(power) => format!("{mantissa}·{power}"),
     }
 }
 

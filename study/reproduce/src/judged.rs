@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use stosszahl_report::{PaperClaim, PaperFigure, PaperPage, PaperRun};
 use stosszahl_results::{
-    FinishedPoints, Table, TableCell, TableEstimate, VerdictKind, VerdictText,
+    FinishedPoints, Table, TableCell, TableEstimate, VerdictKind, VerdictText, format_number,
 };
-use stosszahl_study::judge::{self, ClaimedValue, digits, short, with_error};
+use stosszahl_study::judge::{self, ClaimedValue, with_error};
 
 use crate::find::{find_number, quotient};
 use crate::number_location::{NumberLocation, NumberSource};
@@ -183,21 +183,25 @@ impl ClaimOutcome<'_> {
                 let ratio = (value != 0.0).then(|| self.found.times(1.0 / value));
                 let paper = match error {
                     Some(_) => with_error(value, error),
-                    None => digits(value),
+                    None => format_number(value),
                 };
                 let corrected = if item.corrected { " (corrected)" } else { "" };
                 (
                     format!("{paper}{corrected}"),
-                    format!("± {}", short(margin)),
+                    format!("± {}", format_number(margin)),
                     ratio,
                 )
             }
-            ClaimedValue::Above(bound) => (format!("> {}", digits(bound)), String::new(), None),
-            ClaimedValue::Below(bound) => (format!("< {}", digits(bound)), String::new(), None),
+            ClaimedValue::Above(bound) => {
+                (format!("> {}", format_number(bound)), String::new(), None)
+            }
+            ClaimedValue::Below(bound) => {
+                (format!("< {}", format_number(bound)), String::new(), None)
+            }
         };
         let found = match (self.found.value, self.found.standard_error) {
             (None, _) => "–".to_owned(),
-            (Some(value), Some(0.0)) => digits(value),
+            (Some(value), Some(0.0)) => format_number(value),
             (Some(value), error) => with_error(value, error),
         };
         PaperClaim {

@@ -419,7 +419,7 @@ fn check_admission(
             }
             for run in runs {
                 let (there, here) = (&known.runs[&run.name], run.fingerprint());
-                let finished = Manifest::read(&path.join(&run.name)).ok().flatten();
+                let finished = Manifest::read_finished(&path.join(&run.name))?;
                 if finished.is_some_and(|old| {
                     old.fingerprint.numbers == here.numbers && old.fingerprint.output != here.output
                 }) {
@@ -509,7 +509,7 @@ impl<'a> RunPlace<'a> {
     /// [`ResultsError`] if an existing file cannot be read.
     pub fn is_complete(&self) -> Result<bool, ResultsError> {
         let path = self.path();
-        let Some(manifest) = Manifest::read(&path).ok().flatten() else {
+        let Some(manifest) = Manifest::read_finished(&path)? else {
             return Ok(false);
         };
         let (absent, changed) = manifest.damage(&path)?;
@@ -543,7 +543,11 @@ impl<'a> RunPlace<'a> {
             return Err(ResultsError::Lost { path, files: lost });
         }
         for snapshot in &mut manifest.snapshots {
-            snapshot.blake3 = hash_of(&path.join(&snapshot.file))?.unwrap_or_default();
+            let hash = hash_of(&path.join(&snapshot.file))?;
+            snapshot.blake3 = hash.ok_or_else(|| ResultsError::Lost {
+                path: path.clone(),
+                files: vec![snapshot.file.clone()],
+            })?;
         }
         manifest.format = crate::manifest::FORMAT;
         manifest.fingerprint = self.run.fingerprint();
@@ -571,7 +575,7 @@ impl<'a> RunPlace<'a> {
         let mut list = list.lock().unwrap_or_else(PoisonError::into_inner);
         self.folder.require_list(&list)?;
         if self.folder.worker.is_some() {
-            list.read_others(&claims::lists(&self.folder.path));
+            list.read_others(&claims::lists(&self.folder.path))?;
         }
         let within = self.inside(CHECKPOINTS);
         let of_run = |name: &str| {

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::io::ErrorKind::{InvalidInput, NotADirectory, NotFound};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -147,8 +148,14 @@ impl RunMark {
         let damaged = || ResultsError::Damaged {
             path: folder.to_owned(),
         };
-        let Ok(bytes) = regular::read_bytes(&folder.join(RUN_FILE)) else {
-            return Ok(None);
+        let path = folder.join(RUN_FILE);
+        let bytes = match regular::read_bytes(&path) {
+            Ok(bytes) => bytes,
+            // No regular file of this name, or no folder.
+            Err(error) if matches!(error.kind(), NotFound | NotADirectory | InvalidInput) => {
+                return Ok(None);
+            }
+            Err(error) => return Err(ResultsError::system(&path, "read")(error)),
         };
         let value: Value = serde_json::from_slice(&bytes).map_err(|_| damaged())?;
         if value["program"] != "stosszahl" {

@@ -17,12 +17,12 @@ pub mod frames;
 mod identity;
 mod list;
 mod manifest;
+mod number_format;
 #[cfg(feature = "parquet")]
 mod parquet_file;
 mod regular;
 mod table;
 mod verdict;
-mod words;
 
 pub use claims::{CLAIMS, FolderWorker, TaskClaim, TaskStates};
 pub use engines::{ENGINES, engine_rank, engine_title, quantity_title};
@@ -36,9 +36,12 @@ pub use manifest::{
     REPORT_FILE, RunFingerprints, RunQuestion, SWEEP_FILE, SWEEP_TABLE, Snapshot, StartRecord,
     StartTest, Stored, Sweep, SweepPoint, TableEntry, TimeUnitSize, changed_files,
 };
+pub use number_format::{
+    format_duration, format_number, format_percent, format_rough, format_significant,
+    format_with_error, unsigned_zero, with_decimals,
+};
 pub use table::{
     AxisScale, CellValues, Figure, FigureAxis, PointMark, ReferenceLine, Role, Table, TableCell,
     TableColumn, TableEstimate,
 };
 pub use verdict::{ComparedNumber, VerdictKind, VerdictText, headlines};
-pub use words::{unsigned_zero, with_decimals};

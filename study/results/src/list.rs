@@ -90,12 +90,19 @@ impl FileList {
     }
 
     /// Reads the file names registered in the lists of other processes.
-    pub(crate) fn read_others(&mut self, lists: &[PathBuf]) {
+    ///
+    /// # Errors
+    /// [`ResultsError::System`] if a list exists and cannot be read.
+    pub(crate) fn read_others(&mut self, lists: &[PathBuf]) -> Result<(), ResultsError> {
         for list in lists {
-            // A list that is gone was merged into the common list.
-            let text = fs::read(list).unwrap_or_else(|_| Vec::new());
-            self.known.extend(parse_names(&text).0);
+            match fs::read(list) {
+                Ok(text) => self.known.extend(parse_names(&text).0),
+                // A list that is gone was merged into the common list.
+                Err(error) if error.kind() == ErrorKind::NotFound => {}
+                Err(error) => return Err(ResultsError::system(list, "read")(error)),
+            }
         }
+        Ok(())
     }
 
     /// Merges the lists of processes into the common list of files, and removes them.

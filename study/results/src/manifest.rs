@@ -346,6 +346,18 @@ impl Manifest {
         read_json(&folder.join(MANIFEST_FILE))
     }
 
+    /// Reads the manifest of a run that may be finished; `None` without one, or if it is damaged or
+    /// of another format: the run is then repeated.
+    ///
+    /// # Errors
+    /// [`ResultsError::System`] if the file exists and cannot be read.
+    pub(crate) fn read_finished(folder: &Path) -> Result<Option<Self>, ResultsError> {
+        match Self::read(folder) {
+            Err(ResultsError::Json { .. } | ResultsError::Format { .. }) => Ok(None),
+            other => other,
+        }
+    }
+
     /// Returns the names of the files of the finished run with their hashes: tables, snapshots and
     /// frames.
     pub fn files(&self) -> impl Iterator<Item = (String, &str)> {

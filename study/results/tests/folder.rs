@@ -6,8 +6,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use stosszahl_results::{
-    Existing, Folder, Keys, Manifest, ResultsError, RunId, Snapshot, Stored, Table, TableCell,
-    TableEstimate,
+    Existing, Folder, Keys, MANIFEST_FILE, Manifest, ResultsError, RunId, Snapshot, Stored, Table,
+    TableCell, TableEstimate,
 };
 
 const KEYS: Keys<'static> = Keys {
@@ -512,4 +512,18 @@ fn damaged_tables_say_where() {
             .to_string()
             .contains("energy.csv is missing")
     );
+}
+
+#[test]
+fn an_unreadable_manifest_is_an_error_and_a_damaged_one_repeats_the_run() {
+    let place = tempfile::tempdir().unwrap();
+    let again = || run(place.path(), Existing::Resume, 3, "a", true);
+    assert!(run(place.path(), Existing::Refuse, 3, "a", true).unwrap());
+    assert!(!again().unwrap());
+    let file = place.path().join(MANIFEST_FILE);
+    fs::write(&file, "{").unwrap();
+    assert!(again().unwrap());
+    fs::remove_file(&file).unwrap();
+    fs::create_dir(&file).unwrap();
+    assert!(matches!(again(), Err(ResultsError::System { .. })));
 }

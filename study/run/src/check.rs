@@ -4,15 +4,13 @@
 pub(crate) mod question;
 
 use stosszahl_case::{Case, CaseError, CaseFile, CasePoint, Format};
-use stosszahl_results::{Table, engine_title};
+use stosszahl_results::{Table, engine_title, format_number};
 
 use crate::cost::{Cost, RuntimeEstimate, estimate_cost, estimate_runtime};
 use crate::engines;
 use crate::measure::{BadOption, Measure, empty_tables};
 use crate::measures;
 use crate::plan::{CasePlan, DerivedQuantity, PlanError, available_memory};
-use crate::words::short;
-
 /// Number of candidate pairs per collision from which a Monte Carlo scheme is called slow in a
 /// warning.
 const MANY_TRIALS: f64 = 50.0;
@@ -161,7 +159,7 @@ impl<'a> Planned<'a> {
                     "{}: slow, for it tries about {} pairs for each collision: the largest particles meet far more often than \
                      most, and the lightest are far faster, while all pairs are tried as if they were both",
                     engine_title(engine.name),
-                    short(trials.round())
+                    format_number(trials.round())
                 )
             })
         });

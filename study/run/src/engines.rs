@@ -18,6 +18,7 @@ use stosszahl_dsmc::{
 use stosszahl_ed::DissipationRule;
 use stosszahl_model::random::Streams;
 use stosszahl_model::{Interrupt, Particles, Simulation, Volume};
+use stosszahl_results::format_number;
 use stosszahl_theory::ContactValues;
 
 use crate::engines::rank_group::RankGroup;
@@ -27,7 +28,6 @@ use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError, threads_each};
 use crate::start;
 use crate::start::error::StartError;
 use crate::start::stream::IndependentStart;
-use crate::words::short;
 
 /// Branch of the random streams for Monte Carlo in the units of the case: with walls, gravity or
 /// spinning particles. It differs from that of exact dynamics.
@@ -124,7 +124,7 @@ pub fn check_start(plan: &CasePlan) -> Result<(), PlanError> {
                     return Err(refuse(format!(
                         "disks cross some {} cells between two collisions, and exact dynamics gives up after 1e7; allowed: \
                          dsmc-boltzmann for a gas so thin, or fewer, larger disks",
-                        short(crossings.round())
+                        format_number(crossings.round())
                     )));
                 }
             }

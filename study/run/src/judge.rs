@@ -30,18 +30,20 @@ use std::fmt::Display;
 
 use stosszahl_analysis::compare::{Interval, Quotient, quotients};
 use stosszahl_analysis::statistics::student_t_test;
-use stosszahl_results::{ComparedNumber, VerdictKind, VerdictText};
+use stosszahl_results::{ComparedNumber, VerdictKind, VerdictText, format_number};
 
 pub use stosszahl_analysis::compare::{ComparisonVerdict as Test, VerdictRule};
 pub use stosszahl_results::engine_title as title;
 
-pub use crate::words::short;
-pub use claims::{ClaimedValue, claim, digits};
+pub use claims::{ClaimedValue, claim};
 pub use impact::{FEWEST_COLLISIONS, ImpactTest, ImpactWindows, impact_parameters, impact_windows};
 pub use points::{
     MeasuredPoint, against_theory, bound, holds_zero, interval_of, profiles, verdict_within, worst,
 };
-pub use words::{DifferenceUnit, in_units, margin, percent, quotient, with_error, with_interval};
+pub use words::{
+    DifferenceUnit, format_deviation, format_margin, format_quotient, in_units, with_error,
+    with_interval,
+};
 
 pub mod claims;
 mod impact;
@@ -295,7 +297,7 @@ pub enum Places<'a> {
 impl Places<'_> {
     fn place_at(self, index: usize) -> String {
         match self {
-            Self::Times(times) => format!("at t = {}", short(times[index])),
+            Self::Times(times) => format!("at t = {}", format_number(times[index])),
             Self::Span(words) => words.to_owned(),
         }
     }
@@ -330,7 +332,7 @@ impl ComparedPair<'_> {
         let findings: Vec<Finding> = found.iter().enumerate().map(finding).collect();
         let all = match self.places {
             Places::Times([.., last]) if found.len() > 1 => {
-                format!("at all times to t = {}", short(*last))
+                format!("at all times to t = {}", format_number(*last))
             }
             _ => String::new(),
         };
@@ -368,7 +370,7 @@ pub fn still_moving(
     let test = student_t_test(&growth, 0.0)?;
     let mean = growth.iter().sum::<f64>() / growth.len() as f64;
     (test.p_value < level).then(|| {
-        let change = percent(mean.exp_m1(), Some((mean / test.statistic).abs()));
+        let change = format_deviation(mean.exp_m1(), Some((mean / test.statistic).abs()));
         let sentence = format!(
             "{subject} is not steady: it changes by {change} from one quarter to the last."
         );

@@ -25,7 +25,6 @@ pub mod plan;
 pub mod run;
 pub mod start;
 pub mod theory;
-mod words;
 
 pub use check::{Planned, check_case, format};
 pub use measure::{Measure, Probe, ReplicaRecords, SampleContext};

@@ -1,6 +1,8 @@
 //! Documentation blocks of reproduced papers: claims counted by verdict, and the values found.
 
-use stosszahl_results::{FinishedPoints, Table, TableCell, TableEstimate, TableRow};
+use stosszahl_results::{
+    FinishedPoints, Table, TableCell, TableEstimate, TableRow, format_significant,
+};
 
 use super::data::{DataMaker, DataTable, Made};
 use super::results::number_text;
@@ -148,7 +150,7 @@ fn row(claim: &TableRow<'_>) -> Result<[String; 5], TrialError> {
         let value = claim.number(column).ok()?;
         let error = claim.number(&format!("{column}_se")).ok();
         Some(match error.filter(|error| *error > 0.0) {
-            None => short(value),
+            None => format_significant(value, 4),
             error => number_text(TableEstimate::with_error(value, error)),
         })
     };
@@ -166,18 +168,4 @@ fn row(claim: &TableRow<'_>) -> Result<[String; 5], TrialError> {
         paper,
         number("found").unwrap_or_else(|| "–".to_owned()),
     ])
-}
-
-/// Formats a number with four digits, without an error.
-fn short(value: f64) -> String {
-    if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
-        return format!("{value:.3e}");
-    }
-    let places = (3.0 - value.abs().max(1e-3).log10().floor()).clamp(0.0, 6.0) as usize;
-    let text = format!("{value:.places$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
 }

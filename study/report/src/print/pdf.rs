@@ -63,9 +63,8 @@ pub(crate) fn write(canvas: &Canvas, fonts: &Fonts, title: &str) -> Vec<u8> {
 
 fn packed(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
-    // Writing to memory cannot fail.
-    let _ = encoder.write_all(bytes);
-    encoder.finish().unwrap_or_default()
+    let packed = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    packed.expect("memory takes all bytes")
 }
 
 /// Writes the content stream of the page, with y upwards, and records the glyphs that it uses.

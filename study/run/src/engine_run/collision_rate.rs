@@ -3,9 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 use stosszahl_model::{Failure, RecentContacts, Simulation};
+use stosszahl_results::{format_number, format_rough};
 
 use crate::plan::{CasePlan, EngineKind, EnginePlan};
-use crate::words::short;
 
 /// Fewest collisions per particle in the measuring window of a collision rate that may end a run.
 const OF_EACH: f64 = 1000.0;
@@ -36,7 +36,7 @@ pub(crate) struct RateWindow {
      (engine.ed.collision_rate_limit); {activity}. Particles at rest on each other collide without end: end the run before they come to rest, \
      keep them in motion (a wall with a temperature or a vibration), or give a longer engine.ed.contact_time; a larger \
      engine.ed.collision_rate_limit lets the run go on",
-    format_rate(*rate), short(*since), format_rate(*limit)
+    format_rough(*rate), format_number(*since), format_rough(*limit)
 )]
 pub struct CollisionRateError {
     /// Measured collisions per particle and unit of time of the case.
@@ -90,8 +90,8 @@ impl RateWindow {
         }
         Ok(Some(format!(
             "{} collisions of a particle in a unit of time, where {} end the run; {activity}",
-            format_rate(rate),
-            format_rate(limit)
+            format_rough(rate),
+            format_rough(limit)
         )))
     }
 }
@@ -116,21 +116,14 @@ impl RateWindow {
     }
 }
 
-/// Formats a collision rate with few digits.
-fn format_rate(rate: f64) -> String {
-    if rate < 1e4 {
-        short(rate)
-    } else {
-        format!("{rate:.1e}")
-    }
-}
-
 /// Describes the particles of the latest contacts and their position.
 fn busiest_particles(plan: &CasePlan, recent: Option<RecentContacts>) -> String {
     let Some(recent) = recent.filter(|recent| !recent.busiest.is_empty()) else {
         return "it is not known of which".to_owned();
     };
-    let place = recent.place.map(|one| short(one * plan.scale.length));
+    let place = recent
+        .place
+        .map(|one| format_number(one * plan.scale.length));
     let names: Vec<String> = (recent.busiest.iter().take(NAMED))
         .map(usize::to_string)
         .collect();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use stosszahl_dsmc::{Ranks, from_first};
+use stosszahl_model::to_bytes;
 
 use crate::plan::EnginePlan;
 
@@ -29,8 +30,7 @@ pub(crate) struct Call {
 
 /// Sends a message of the root process to all other processes; `None` ends their part of the run.
 pub(crate) fn send_call(ranks: &dyn Ranks, call: Option<&Call>) {
-    // Fails only for types without a length.
-    from_first(ranks, postcard::to_stdvec(&call).unwrap_or_default());
+    from_first(ranks, to_bytes(&call));
 }
 
 impl RankGroup {

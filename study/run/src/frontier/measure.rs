@@ -13,7 +13,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use cpu_time::ThreadTime;
-use stosszahl_model::{Interrupt, Particle, Particles};
+use stosszahl_model::{Interrupt, Particle, Particles, to_bytes};
 use stosszahl_results::FolderWorker;
 
 use super::FrontierError;
@@ -377,8 +377,7 @@ struct Order {
 /// Returns the journal key of a run: its setting and replica, which with the case determine its
 /// values.
 fn key(setting: &RunSetting, replica: u64) -> RunKey {
-    // Fails only for types without a length.
-    postcard::to_stdvec(&(&setting.engine.kind, setting.disks, replica)).unwrap_or_default()
+    to_bytes(&(&setting.engine.kind, setting.disks, replica))
 }
 
 /// Initial state that several settings share, with the CPU and wall time spent on it \[s\].

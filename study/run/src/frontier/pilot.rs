@@ -17,6 +17,7 @@ use stosszahl_case::Case;
 use stosszahl_case::format::{PlacementSpec, StartSpec};
 use stosszahl_dsmc::Parameters;
 use stosszahl_model::{Interrupt, Particles};
+use stosszahl_results::format_percent;
 
 use super::quantity::{
     FrontierQuantity, MEASURES, QuantityKind, measured, observe, quantities, uniform_theory,
@@ -26,7 +27,6 @@ use crate::engine_run::PartError;
 use crate::engine_run::in_memory::{InMemoryRun, measures, resized};
 use crate::measure::Measure;
 use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError};
-use crate::words::percent;
 
 /// Largest number of disks in the pilot runs that choose the Monte Carlo resolution.
 const MOST_DISKS: usize = 400;
@@ -120,7 +120,7 @@ impl Candidate {
             QuantityKind::CollisionRate => "the collision rate over Enskog's",
             _ => "K at t0 over Haff's law",
         };
-        let target = percent(search.target);
+        let target = format_percent(search.target);
         let reason = if self.met {
             format!("sure to be within {target} and the cheapest that is")
         } else {
@@ -134,8 +134,8 @@ impl Candidate {
             self.parameters.simulators_per_particle,
             self.parameters.steps_per_cell_crossing,
             search.plan.count(),
-            percent(self.found.systematic),
-            percent(self.found.systematic_error),
+            format_percent(self.found.systematic),
+            format_percent(self.found.systematic_error),
         )
     }
 }

@@ -49,7 +49,8 @@ impl Cache {
         case.title.clear();
         let mut hasher = blake3::Hasher::new();
         hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
-        hasher.update(serde_json::to_string(&case).unwrap_or_default().as_bytes());
+        let text = serde_json::to_string(&case).expect("a case has keys of text only");
+        hasher.update(text.as_bytes());
         // Numbers of a start file, independent of its name.
         let lists = plan
             .gas

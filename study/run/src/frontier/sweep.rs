@@ -7,7 +7,9 @@ use std::sync::atomic::AtomicU64;
 
 use stosszahl_case::CaseFile;
 use stosszahl_case::format::{PlacementSpec, VelocitiesSpec};
-use stosszahl_results::{Figure, FigureAxis, PointMark, Table, TableCell};
+use stosszahl_results::{
+    Figure, FigureAxis, PointMark, Table, TableCell, format_duration, format_percent,
+};
 
 use super::budget::{PATIENCE, TESTS, shared};
 use super::front::{self, FrontierRow, MeasuredSetting, largest, rows};
@@ -21,7 +23,6 @@ use super::setting::{RunSetting, settings_around};
 use super::{Frontier, FrontierError, FrontierOptions, WordTable};
 use crate::check::Planned;
 use crate::plan::CasePlan;
-use crate::words::{percent, time};
 
 /// Plans a case for a frontier. Returns an error for sweeps, cases other than smooth disks in a
 /// periodic box, and starts that give all replicas one state.
@@ -154,7 +155,7 @@ impl<'a> Sweep<'a> {
     fn headline(&self, choices: &[Option<Choice>]) -> String {
         let target = format!(
             "{} in {}",
-            percent(self.options.target),
+            format_percent(self.options.target),
             names(&self.options.kinds)
         );
         let mut found: Vec<&Choice> = choices.iter().flatten().collect();
@@ -164,7 +165,7 @@ impl<'a> Sweep<'a> {
                 "{}, {} of it in {} of core time",
                 self.measured[choice.index].label,
                 replicas(choice.replicas),
-                time(choice.core_seconds)
+                format_duration(choice.core_seconds)
             )
         };
         match found[..] {
@@ -201,29 +202,29 @@ impl<'a> Sweep<'a> {
         let (search, tests) = (self.search(), self.options.tests);
         let tested = search.test(self.workshop, choice, tests, share)?;
         let one = &self.measured[choice.index];
-        let wanted = percent(search.error);
+        let wanted = format_percent(search.error);
         let predicted = format!(
             "{}: for {wanted} in {}, the cheapest setting is {} with {}: predicted {} of core time, {:.1} MiB and an error of {}.",
             engines.name(),
             names(search.kinds),
             one.label,
             replicas(choice.replicas),
-            time(choice.core_seconds),
+            format_duration(choice.core_seconds),
             one.bytes as f64 / f64::from(1 << 20),
-            percent(choice.error),
+            format_percent(choice.error),
         );
         let found = format!(
             "On fresh seeds {} of {} tests were within {wanted}; found {} of core time and an error of {}.",
             tested.kept,
             tested.tests,
-            time(tested.core_seconds),
-            percent(tested.error),
+            format_duration(tested.core_seconds),
+            format_percent(tested.error),
         );
         let finer = search.finer_that_fails(choice).map(|(finer, error)| {
             format!(
                 " Its errors cancel: the finer {} is off by {}, so this holds for this case alone.",
                 finer.label,
-                percent(error)
+                format_percent(error)
             )
         });
         Ok(format!("{predicted} {found}{}", finer.unwrap_or_default()))
@@ -233,7 +234,7 @@ impl<'a> Sweep<'a> {
     fn describe_unmet_target(&self, engines: EngineGroup) -> String {
         let search = self.search();
         let least = search.nearest(engines).map(|(one, errors)| {
-            let error = errors.map(percent).join(" ± ");
+            let error = errors.map(format_percent).join(" ± ");
             format!(
                 "; the least biased is {}, whose systematic error is {error}",
                 one.label
@@ -242,7 +243,7 @@ impl<'a> Sweep<'a> {
         format!(
             "{}: no setting is sure to keep {} in {}{}.",
             engines.name(),
-            percent(search.error),
+            format_percent(search.error),
             names(search.kinds),
             least.unwrap_or_default()
         )
@@ -286,7 +287,7 @@ pub(crate) fn sweep(
     let mut conclusions = sweep.recommendations(choices)?;
     conclusions.push(format!(
         "Core time of everything: {}.",
-        time(workshop.spent())
+        format_duration(workshop.spent())
     ));
     let left_out = sweep.left_out.iter();
     let left_out = left_out.map(|(label, reason)| format!("{label}: {reason}."));
@@ -362,16 +363,16 @@ fn front_list(rows: &[FrontierRow<'_>], kind: QuantityKind) -> WordTable {
         .collect();
     front.sort_by(|a, b| a.core_seconds().total_cmp(&b.core_seconds()));
     let cells = |(row, place): (&&FrontierRow<'_>, u32)| {
-        let [low, high] = row.found.total_range(row.replicas).map(percent);
-        let bias = [row.found.systematic, row.found.systematic_error].map(percent);
+        let [low, high] = row.found.total_range(row.replicas).map(format_percent);
+        let bias = [row.found.systematic, row.found.systematic_error].map(format_percent);
         vec![
             place.to_string(),
             row.one.label.clone(),
             row.replicas.to_string(),
-            time(row.core_seconds()),
-            format!("{} ({low} to {high})", percent(row.error())),
+            format_duration(row.core_seconds()),
+            format!("{} ({low} to {high})", format_percent(row.error())),
             bias.join(" ± "),
-            percent(row.found.statistical),
+            format_percent(row.found.statistical),
         ]
     };
     WordTable {
@@ -398,7 +399,7 @@ fn order_list(orders: &[OrderRow]) -> WordTable {
         let found = row.found.map_or("-".to_owned(), |(order, [low, high])| {
             format!("{order:.1} ({low:.1} to {high:.1})")
         });
-        let limit = [row.line.intercept, row.line.intercept_error].map(percent);
+        let limit = [row.line.intercept, row.line.intercept_error].map(format_percent);
         vec![
             row.sequence.to_owned(),
             format!("{}, h ≤ {}", row.settings, row.coarsest),

@@ -1,8 +1,8 @@
 //! Verdicts on the numbers and bounds that a paper states.
 
-use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
+use stosszahl_results::{TableEstimate, VerdictKind, VerdictText, format_number};
 
-use super::{VerdictRule, interval_of, short, verdict, verdict_within, with_error};
+use super::{VerdictRule, interval_of, verdict, verdict_within, with_error};
 
 /// Number or bound that a paper states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,28 +22,14 @@ pub enum ClaimedValue {
     Below(f64),
 }
 
-/// Formats an exactly known number with five significant digits.
-pub fn digits(value: f64) -> String {
-    if !(1e-6..1e6).contains(&value.abs()) {
-        return short(value);
-    }
-    let places = (4.0 - value.abs().log10().floor()).max(0.0) as usize;
-    let text = format!("{value:.places$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
-}
-
 impl ClaimedValue {
     /// Formats the paper's number or bound for a sentence.
     fn words(self) -> String {
         match self {
             Self::Value { value, error, .. } if error.is_some() => with_error(value, error),
-            Self::Value { value, .. } => digits(value),
-            Self::Above(bound) => format!("above {}", digits(bound)),
-            Self::Below(bound) => format!("below {}", digits(bound)),
+            Self::Value { value, .. } => format_number(value),
+            Self::Above(bound) => format!("above {}", format_number(bound)),
+            Self::Below(bound) => format!("below {}", format_number(bound)),
         }
     }
 
@@ -108,25 +94,28 @@ pub fn claim(
         _ => String::new(),
     };
     let ours = match found.standard_error {
-        Some(0.0) => digits(value),
+        Some(0.0) => format_number(value),
         Some(error) => with_error(value, Some(error)) + &freedom,
         None => with_error(value, None),
     };
     let words = said.words();
     let sentence = match (kind, said) {
         (VerdictKind::Agree, ClaimedValue::Value { margin, .. }) => {
-            format!("Found {ours} agrees with {words} within {}.", short(margin))
+            format!(
+                "Found {ours} agrees with {words} within {}.",
+                format_number(margin)
+            )
         }
         (VerdictKind::Differ, ClaimedValue::Value { margin, .. }) => {
             format!(
                 "Found {ours} differs from {words} by more than {}.",
-                short(margin)
+                format_number(margin)
             )
         }
         (VerdictKind::Agree, _) => format!("Found {ours} is {words}."),
         (VerdictKind::Differ, _) => format!("Found {ours} is not {words}."),
         (_, ClaimedValue::Value { margin, .. }) => {
-            let margin = short(margin);
+            let margin = format_number(margin);
             format!("Whether {ours} is {words} within {margin} is undecided.")
         }
         (_, _) => format!("Whether {ours} is {words} is undecided."),
@@ -179,9 +168,9 @@ mod tests {
             99_856.0,
         ];
         let expected = [
-            "0.042966", "1.207e7", "32.594", "0.125", "1", "240", "0", "99856",
+            "0.042966", "1.2073e7", "32.594", "0.125", "1", "240", "0", "99856",
         ];
-        assert_eq!(words.map(digits), expected);
+        assert_eq!(words.map(format_number), expected);
     }
 
     #[test]

@@ -5,9 +5,9 @@ use stosszahl_analysis::compare::{ComparisonVerdict as Test, Interval, VerdictRu
 use stosszahl_analysis::replicas::{HotellingTest, hotelling_test, shape};
 use stosszahl_analysis::statistics::{Estimate as Mean, TTest, holm, student_t_test};
 use stosszahl_analysis::windows::{CollisionWindow, pooled};
-use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
+use stosszahl_results::{TableEstimate, VerdictKind, VerdictText, format_number};
 
-use super::{Comparison, DifferenceUnit, Finding, in_units, short, verdict};
+use super::{Comparison, DifferenceUnit, Finding, in_units, verdict};
 
 /// Tests of the impact parameters in one time window against molecular chaos. Replicas are
 /// independent, collisions within one are not.
@@ -143,7 +143,7 @@ pub fn impact_parameters(
 ) -> VerdictText {
     let ImpactWindows { slopes, words } = impact_windows(tests, rule);
     let span = |one: &ImpactTest| {
-        let [start, end] = one.window.map(short);
+        let [start, end] = one.window.map(format_number);
         format!("from t = {start} to {end}")
     };
     let open = |sentence: String| verdict(topic, sentence, VerdictKind::Undecided);
@@ -197,7 +197,7 @@ pub fn impact_parameters(
         found.sentence = format!(
             "{engine} and molecular chaos differ in the shape of P(b/d): it is bent as much as by a slope of {} (p = {p_value:.1e}), \
              and its slope is {} {}.",
-            short(one.bend),
+            format_number(one.bend),
             in_units(&one.slope, 1.0),
             span(one)
         );

@@ -2,10 +2,9 @@
 //! intervals.
 
 use stosszahl_analysis::compare::{Interval, VerdictRule};
-use stosszahl_results::{TableEstimate, VerdictKind, VerdictText};
+use stosszahl_results::{TableEstimate, VerdictKind, VerdictText, format_number};
 
 use super::{Comparison, DifferenceUnit, Finding, kind_of, rank};
-use crate::words::short;
 
 /// Measured value at one time, with its error and the theoretical value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,12 +124,12 @@ pub fn against_theory(
     let (some, each) = comparable_points(points, rule);
     let finding = |point: &&MeasuredPoint| Finding {
         interval: point.interval(each.level),
-        place: format!("at t = {}", short(point.time)),
+        place: format!("at t = {}", format_number(point.time)),
         level: each.level,
     };
     let findings: Vec<Finding> = some.iter().map(finding).collect();
     let all = match some.last() {
-        Some(last) if some.len() > 1 => format!("at all times to t = {}", short(last.time)),
+        Some(last) if some.len() > 1 => format!("at all times to t = {}", format_number(last.time)),
         _ => String::new(),
     };
     let comparison = Comparison {

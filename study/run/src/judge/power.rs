@@ -2,8 +2,9 @@
 //! the expected spread.
 
 use stosszahl_analysis::replicas::{MOST_REPLICAS, replicas_needed, smallest_effect};
+use stosszahl_results::format_percent;
 
-use crate::judge::margin;
+use crate::judge::format_margin;
 
 /// Probability with which a difference is to be detected, the statistical power.
 pub const FOUND: f64 = 0.9;
@@ -32,7 +33,7 @@ impl ReplicaSpread {
     pub fn power(&self, replicas: usize, level: f64) -> String {
         let shown = |difference: f64| {
             if self.relative {
-                margin(difference)
+                format_margin(difference)
             } else {
                 format!("{difference:.3}")
             }
@@ -56,7 +57,7 @@ impl ReplicaSpread {
             100.0 * FOUND,
             shown(self.wanted),
             if self.relative {
-                format!("{:.2} %", 100.0 * self.of_one)
+                format_percent(self.of_one)
             } else {
                 format!("{:.4}", self.of_one)
             },

@@ -269,13 +269,13 @@ fn impact_parameters_are_judged_over_replicas() {
 
 #[test]
 fn numbers_are_written_in_the_digits_of_their_error() {
-    assert_eq!(percent(0.0432, Some(0.001)), "+4.3 ± 0.1 %");
-    assert_eq!(percent(-0.05, None), "-5.00 % (error unknown)");
+    assert_eq!(format_deviation(0.0432, Some(0.001)), "+4.3 ± 0.1 %");
+    assert_eq!(format_deviation(-0.05, None), "-5.00 % (error unknown)");
     assert_eq!(with_error(0.9324, Some(0.0123)), "0.932 ± 0.012");
-    assert_eq!(margin(0.0179), "1.8 %");
-    assert_eq!(margin(0.02), "2 %");
-    assert_eq!(short(100.0), "100");
-    assert_eq!(short(2.5e-7), "2.500e-7");
+    assert_eq!(format_margin(0.0179), "1.8 %");
+    assert_eq!(format_margin(0.02), "2 %");
+    assert_eq!(format_number(100.0), "100");
+    assert_eq!(format_number(2.5e-7), "2.5e-7");
 }
 
 #[test]
@@ -313,7 +313,7 @@ fn numbers_that_nobody_can_read_are_not_shown() {
         for error in all.map(|error| Some(error.abs())).into_iter().chain([None]) {
             for said in [
                 super::with_error(value, error),
-                super::percent(value, error),
+                super::format_deviation(value, error),
             ] {
                 assert!(said.len() < 40, "{said}");
                 assert!(!said.contains("inf") && !said.contains("NaN"), "{said}");

@@ -2,22 +2,22 @@
 //! percentages, margins.
 
 use stosszahl_analysis::compare::Interval;
-use stosszahl_results::{TableEstimate, with_decimals};
-
-use crate::words::short;
+use stosszahl_results::{
+    TableEstimate, format_number, format_percent, format_significant, format_with_error,
+};
 
 /// Text shown for a number that is not finite.
 const UNKNOWN: &str = "unknown";
 /// Magnitude from which numbers are shown with an exponent.
 const LARGE: f64 = 1e6;
 
-/// Returns the number of decimals at which an error has two significant digits. An error below a
-/// millionth of the value counts as none: equal replicas differ by rounding.
-fn decimals(value: f64, error: f64) -> usize {
-    if error > 1e-6 * value.abs() && error.is_finite() {
-        (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize
+/// Returns an error, or 0 if it is below a millionth of the value: equal replicas differ by
+/// rounding.
+fn significant_error(value: f64, error: f64) -> f64 {
+    if error > 1e-6 * value.abs() {
+        error
     } else {
-        4
+        0.0
     }
 }
 
@@ -25,11 +25,8 @@ fn decimals(value: f64, error: f64) -> usize {
 pub fn with_error(value: f64, error: Option<f64>) -> String {
     match error.filter(|error| error.is_finite()) {
         _ if !value.is_finite() => UNKNOWN.to_owned(),
-        Some(error) if value.abs().max(error) >= LARGE => {
-            format!("{} ± {}", short(value), short(error))
-        }
-        Some(error) => with_decimals(value, error, decimals(value, error)),
-        None => format!("{} (error unknown)", short(value)),
+        Some(error) => format_with_error(value, significant_error(value, error)),
+        None => format!("{} (error unknown)", format_number(value)),
     }
 }
 
@@ -48,7 +45,7 @@ pub fn with_interval(found: &TableEstimate, unit: f64) -> String {
 }
 
 /// Formats the quotient of two estimates with its error.
-pub fn quotient(a: &TableEstimate, b: &TableEstimate) -> String {
+pub fn format_quotient(a: &TableEstimate, b: &TableEstimate) -> String {
     let [x, y] = [a, b].map(|one| one.value.unwrap_or(f64::NAN));
     let errors = a.standard_error.zip(b.standard_error);
     let error = errors.map(|(a, b)| (x / y).abs() * (a / x).hypot(b / y));
@@ -56,7 +53,7 @@ pub fn quotient(a: &TableEstimate, b: &TableEstimate) -> String {
 }
 
 /// Formats a relative deviation in per cent, with its error.
-pub fn percent(deviation: f64, error: Option<f64>) -> String {
+pub fn format_deviation(deviation: f64, error: Option<f64>) -> String {
     let deviation = 100.0 * deviation;
     match error.map(|error| 100.0 * error) {
         _ if !deviation.is_finite() => UNKNOWN.to_owned(),
@@ -64,7 +61,10 @@ pub fn percent(deviation: f64, error: Option<f64>) -> String {
             format!("{deviation:+.1e} ± {error:.1e} %")
         }
         Some(error) if error.is_finite() => {
-            let digits = decimals(deviation, error).saturating_sub(1);
+            let digits = match significant_error(deviation, error) {
+                0.0 => 3,
+                error => (-error.log10().floor()).clamp(0.0, 11.0) as usize,
+            };
             format!("{deviation:+.digits$} ± {error:.digits$} %")
         }
         _ if deviation.abs() >= LARGE => format!("{deviation:+.1e} % (error unknown)"),
@@ -83,12 +83,12 @@ fn two_digits(value: f64, up: bool) -> f64 {
 }
 
 /// Formats an upper bound, given as a share, in per cent, rounded up.
-pub fn margin(share: f64) -> String {
+pub fn format_margin(share: f64) -> String {
     let percent = 100.0 * share;
     if percent.is_nan() || percent >= LARGE {
         return UNKNOWN.to_owned();
     }
-    format!("{} %", short(two_digits(percent, true)))
+    format_percent(0.01 * two_digits(percent, true))
 }
 
 /// Unit in which a verdict states a difference: per cent of the quantity, or the unit of the
@@ -106,7 +106,7 @@ impl DifferenceUnit {
     /// Formats a difference with its standard error and degrees of freedom.
     pub fn interval(self, one: &Interval) -> String {
         let value = match self {
-            Self::Relative => percent(one.value, one.standard_error),
+            Self::Relative => format_deviation(one.value, one.standard_error),
             Self::Own(_) => with_error(one.value, one.standard_error),
         };
         match one
@@ -122,9 +122,9 @@ impl DifferenceUnit {
     /// Formats a bound on the magnitude of a difference with two digits, rounded up or down.
     pub(super) fn bound(self, value: f64, up: bool) -> String {
         match self {
-            Self::Relative if up => margin(value),
-            Self::Relative => format!("{} %", short(two_digits(100.0 * value, false))),
-            Self::Own(_) => short(two_digits(value, up)),
+            Self::Relative if up => format_margin(value),
+            Self::Relative => format_percent(0.01 * two_digits(100.0 * value, false)),
+            Self::Own(_) => format_significant(two_digits(value, up), 2),
         }
     }
 

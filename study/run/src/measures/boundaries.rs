@@ -264,7 +264,7 @@ impl<'a> One<'a> {
         let sentence = format!(
             "Over the whole run it added {added} of the particles and {heat} of the energy of the start; the margin is {} and on \
              average it adds nothing.",
-            judge::margin(rule.margin)
+            judge::format_margin(rule.margin)
         );
         let topic = format!("splitting and merging, {}", title(self.engine.name));
         Some(judge::verdict(topic, sentence, kind))

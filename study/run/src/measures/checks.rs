@@ -4,7 +4,9 @@
 //! The rule is that of [`crate::judge`], all times and species of a quantity together.
 
 use stosszahl_analysis::compare::Interval;
-use stosszahl_results::{Table, TableCell, TableEstimate, VerdictKind, VerdictText, table};
+use stosszahl_results::{
+    Table, TableCell, TableEstimate, VerdictKind, VerdictText, format_number, table,
+};
 
 use super::energy::{self, GasRow};
 use super::gas_series::{GasSample, GasSeries};
@@ -12,8 +14,8 @@ use super::species_record::{self as record, SpeciesRecord};
 use super::time_averaged_displacement as averaged;
 use super::{mean_over_replicas, species};
 use crate::judge::{
-    DifferenceUnit, MeasuredPoint, VerdictRule, bound, interval_of, kind_of, short, verdict,
-    warning, with_error, worst,
+    DifferenceUnit, MeasuredPoint, VerdictRule, bound, interval_of, kind_of, verdict, warning,
+    with_error, worst,
 };
 use crate::measure::{BadOption, Measure, NoOptions, ReplicaRecords, described};
 use crate::plan::CasePlan;
@@ -340,20 +342,20 @@ impl<'a> Found<'a> {
         let (differ, agree) = (with(VerdictKind::Differ), with(VerdictKind::Agree));
         let all = largest(None)?;
         let theory = quantity.theory(orders);
-        let tolerance = 100.0 * self.plan.case.verdict.tolerance;
+        let tolerance = format_number(100.0 * self.plan.case.verdict.tolerance);
         let measured = with_error(all.point.measured, all.point.error);
         let place = |kind| Some(self.deviation_text(largest(kind)?));
         Some(match quantity {
             Quantity::Cumulant => {
                 let [simplest, _] = homogeneous::fourth_cumulants(self.plan)?;
                 let (time, theirs) = (
-                    short(all.point.time),
+                    format_number(all.point.time),
                     with_error(all.point.theory, all.point.theory_error),
                 );
                 let sentence = format!(
                     "From t = {time} on the fourth cumulant is {measured}; {theory} have {theirs}, the simplest formula (van Noije & \
                      Ernst) {simplest:.4}; the margin is {}.",
-                    short(self.absolute_rule.margin)
+                    format_number(self.absolute_rule.margin)
                 );
                 (sentence, all.kind)
             }
@@ -449,14 +451,18 @@ impl<'a> Found<'a> {
         let species = match row.species {
             Some(number) if self.plan.gas.species.len() > 1 => {
                 let species = &self.plan.gas.species[number];
-                format!("species {} (mass {})", species.name, short(species.mass))
+                format!(
+                    "species {} (mass {})",
+                    species.name,
+                    format_number(species.mass)
+                )
             }
             _ => "the gas as a whole".to_owned(),
         };
         format!(
             "{} for {species} at t = {}{cumulant}",
             DifferenceUnit::Relative.interval(&row.interval),
-            short(row.point.time)
+            format_number(row.point.time)
         )
     }
 }

@@ -12,7 +12,9 @@ use stosszahl_analysis::contacts::{
 };
 use stosszahl_analysis::replicas::of_sums;
 use stosszahl_model::{Collision, Interrupt, Observer, ParticleSpec, Particles};
-use stosszahl_results::{Figure, FigureAxis, Table, TableEstimate, VerdictText, table};
+use stosszahl_results::{
+    Figure, FigureAxis, Table, TableEstimate, VerdictText, format_number, table,
+};
 
 use self::elastic_twin::{ElasticTwin, SavedTwin, TwinWindow, has_twin};
 use super::impact_parameters::{Spans, spans};
@@ -369,7 +371,7 @@ impl Measure for ContactMeasure {
         let Some(number) = all.len().checked_sub(1) else {
             return Vec::new();
         };
-        let [start, end] = all[number].map(judge::short);
+        let [start, end] = all[number].map(format_number);
         let known = quantities(plan);
         let told = |wanted: &str, sums: &[(ContactSums, f64)]| {
             let quantity = known.iter().find(|one| one.name == wanted)?;

@@ -13,7 +13,9 @@ use stosszahl_analysis::windows::{
     self, CollisionWindow, CollisionWindows, DissipationFactors, PairBins, merged,
 };
 use stosszahl_model::{Observer, equation_of_state};
-use stosszahl_results::{Figure, FigureAxis, PointMark, Table, TableEstimate, VerdictText, table};
+use stosszahl_results::{
+    Figure, FigureAxis, PointMark, Table, TableEstimate, VerdictText, format_number, table,
+};
 
 use super::energy::pairs_of;
 use super::mean_over_replicas;
@@ -479,7 +481,7 @@ fn explain_difference(
             .then(|| judge::in_units(&mean_over_replicas(values.into_iter().map(Some)), 1.0))
     };
     let [a, b] = engines.map(|engine| title(plan.engines[engine].name));
-    let [start, end] = spans[number].map(judge::short);
+    let [start, end] = spans[number].map(format_number);
     let (rate, speed) = (quotient(0)?, quotient(1)?);
     let factors = if plan.gas.law.is_elastic() {
         format!("collision rate {rate}, squared speed of pairs {speed}")

@@ -2,9 +2,8 @@
 
 use stosszahl_case::format::ThermostatKind;
 use stosszahl_model::{Bath, InvalidValue};
+use stosszahl_results::format_number;
 use stosszahl_theory::{BathState, transport};
-
-use crate::words::short;
 
 use super::data::{CasePlan, PlanError};
 
@@ -52,7 +51,7 @@ impl CasePlan {
             self.notes.choices.push(format!(
                 "thermostat.interval = {}: a fifth of the time in which collisions and drag change a velocity, and at most a tenth of \
                  the run; the error of kicks at intervals goes with the square of it",
-                short(interval)
+                format_number(interval)
             ));
         }
         Ok(())
@@ -173,7 +172,7 @@ impl CasePlan {
             list.push(format!(
                 "thermostat: run.until is {} relaxation times, so the steady state may not be reached; at least {LEAST_RELAXATIONS} \
                  leave nothing of the start in the last half",
-                short(relaxations)
+                format_number(relaxations)
             ));
         }
         if let Some(heating) = bath.heating {
@@ -181,8 +180,8 @@ impl CasePlan {
             if share > LARGEST_KICK {
                 list.push(format!(
                     "thermostat: each kick adds {} of the steady temperature, which is no white noise; an interval of at most {} is",
-                    short(share),
-                    short(LARGEST_KICK * temperature / heating)
+                    format_number(share),
+                    format_number(LARGEST_KICK * temperature / heating)
                 ));
             }
             return;
@@ -192,7 +191,7 @@ impl CasePlan {
             list.push(format!(
                 "thermostat.interval: kicks are rarer than collisions and drag change a velocity, and the temperature differs from that \
                  of a continuous bath; an interval of at most {} is close to one",
-                short(LARGEST_PART / rate)
+                format_number(LARGEST_PART / rate)
             ));
         }
     }

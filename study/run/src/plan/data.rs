@@ -235,7 +235,7 @@ impl EnginePlan {
 impl CasePlan {
     /// Converts the case as it is run to JSON.
     pub(crate) fn case_json(&self) -> serde_json::Value {
-        serde_json::to_value(&self.case).unwrap_or_default()
+        serde_json::to_value(&self.case).expect("a case has keys of text only")
     }
 
     /// Returns the path of the start file of the case; `None` without one.

@@ -13,6 +13,7 @@ use stosszahl_model::{
     Domain, Law, Monodisperse, ParticleSpec, Plane, Polydisperse, Rough, SizeDistribution,
     Space as _, Species, Volume, equation_of_state,
 };
+use stosszahl_results::format_number;
 use stosszahl_theory::{cooling, transport};
 
 use super::boundaries;
@@ -27,7 +28,6 @@ use super::machine::available_memory;
 use super::species::{self, SizedParticles};
 use super::start_file;
 use super::theory::{dilute_path, rates};
-use crate::words::short;
 
 impl CasePlan {
     /// Derives the resolved plan of a case; `folder` holds the case file.
@@ -154,7 +154,7 @@ impl CasePlan {
         if found <= STRONGEST {
             return Ok(());
         }
-        let found = format!("a fall through the box gives {} T", short(found));
+        let found = format!("a fall through the box gives {} T", format_number(found));
         let allowed = format!("at most {STRONGEST:e} T");
         Err(PlanError::new("gravity.acceleration", found, allowed))
     }
@@ -260,7 +260,7 @@ impl CasePlan {
         } else {
             "what obstacles leave of the box"
         };
-        let covered = short(self.gas.packing_fraction);
+        let covered = format_number(self.gas.packing_fraction);
         let found = format!("particles cover {covered} of {part}");
         let allowed = format!("at most {closest:.4}, close packing");
         let fine = !self.has_box() || !hard;
@@ -275,7 +275,7 @@ impl CasePlan {
                 density * in_space!(self.gas.dimension, S => S::particle_volume(one.radius))
             };
             let share: f64 = kinds.map(covered).sum();
-            let found = format!("particles cover {} of the stream", short(share));
+            let found = format!("particles cover {} of the stream", format_number(share));
             let key = format!("inflow.{}.number_density", index + 1);
             PlanError::require(fine || share <= closest, key, found, &allowed)?;
         }
@@ -323,7 +323,11 @@ fn with_number(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let critical = transport::critical_length(packing, contact_value(packing), restitution);
     let aspect = domain.map_or(1.0, |domain| domain.aspect_ratio);
     let number = (packing * (aspect * (lengths * critical).powi(2)) / FRAC_PI_4).round();
-    let found = format!("{} ({} disks)", short(lengths), short(number));
+    let found = format!(
+        "{} ({} disks)",
+        format_number(lengths),
+        format_number(number)
+    );
     let allowed = "a box of 2 to 2147483647 disks";
     let fits = (2.0..=2_147_483_647.0).contains(&number);
     PlanError::require(fits, "box.width_over_critical_length", found, allowed)?;

@@ -5,9 +5,7 @@ use stosszahl_case::format::{FaceSpec, PlacementSpec, VelocitiesSpec, VelocityWo
 use stosszahl_dsmc::{ContactLaw, Parameters, PartnerSelection, SimulatorStart};
 use stosszahl_model::equation_of_state;
 use stosszahl_model::initial::SEQUENTIAL_LIMIT;
-use stosszahl_results::engine_title;
-
-use crate::words::short;
+use stosszahl_results::{engine_title, format_number, format_percent};
 
 use super::data::{CasePlan, DerivedQuantity, EngineKind, EnginePlan, SpeciesPlan, in_space};
 
@@ -137,7 +135,7 @@ impl CasePlan {
         if self.gas.packing_fraction > 1.0 {
             list.push(format!(
                 "the packing fraction is {}: no such gas exists; the Boltzmann equation is solved for it",
-                short(self.gas.packing_fraction)
+                format_number(self.gas.packing_fraction)
             ));
         }
     }
@@ -208,7 +206,7 @@ impl CasePlan {
             list.push(format!(
                 "gravity: the box is {} T/(m g) high and nothing heats the gas, so it falls and comes to rest in a bed. A bed has far more \
                  collisions than the start, from which work and time are estimated; Monte Carlo does not hold one up",
-                short(deepest)
+                format_number(deepest)
             ));
         }
     }
@@ -225,10 +223,10 @@ impl CasePlan {
             if parameters.simulators_per_particle < wanted && excess > Parameters::LARGEST_EXCESS {
                 list.push(format!(
                     "{name}: {} simulators per particle, where {wanted} make the partners of a collision independent; with fewer \
-                     they meet again and lose less energy, some {} % of it at t0, as real particles do, and their shear viscosity is \
+                     they meet again and lose less energy, some {} of it at t0, as real particles do, and their shear viscosity is \
                      too large, so a difference to ED is not that of broken chaos alone",
                     parameters.simulators_per_particle,
-                    short((1000.0 * excess).round() / 10.0)
+                    format_percent(excess)
                 ));
             }
             // `stosszahl_dsmc::Engine::wall_error`, before there is an engine.
@@ -239,9 +237,9 @@ impl CasePlan {
             let error: f64 = widths.map(|width| 1.75 * packing * diameter / width).sum();
             if error > NOTABLE_WALLS {
                 list.push(format!(
-                    "{name}: exact disks form layers at walls, which it does not know; its collision rate may be up to {} % \
+                    "{name}: exact disks form layers at walls, which it does not know; its collision rate may be up to {} \
                      below theirs in a box so narrow",
-                    short((100.0 * error).round())
+                    format_percent(error)
                 ));
             }
             return;
@@ -253,7 +251,7 @@ impl CasePlan {
             list.push(format!(
                 "{name}: {} simulators per cell, so its collision rate may be off by tens of per cent and its pairs \
                  meet again and again; profiles of it are void. More simulators_per_particle or a larger cell_size make it smaller",
-                short(simulators)
+                format_number(simulators)
             ));
         }
         if let Some(wide) = self.wide_cells(parameters) {
@@ -265,7 +263,7 @@ impl CasePlan {
             list.push(format!(
                 "{name}: cells are {} mean free paths wide, so transport is overestimated, by an error that grows with \
                  the square of the width{remedy}",
-                short(wide)
+                format_number(wide)
             ));
         }
         if !self.starts_from_copies() {
@@ -296,10 +294,11 @@ impl CasePlan {
                 return None;
             }
             let few = self.few_in_a_flow(parameters);
-            let few = few.map(|few| format!("{} simulators in a cell", short(few)));
+            let few = few.map(|few| format!("{} simulators in a cell", format_number(few)));
             // Profiles are made by transport.
             let wide = self.wide_cells(parameters);
-            let wide = wide.map(|wide| format!("cells {} mean free paths wide", short(wide)));
+            let wide =
+                wide.map(|wide| format!("cells {} mean free paths wide", format_number(wide)));
             let reasons: Vec<String> = few.into_iter().chain(wide).collect();
             return (!reasons.is_empty()).then(|| format!("{name} has {}", reasons.join(" and ")));
         }
@@ -313,28 +312,31 @@ impl CasePlan {
             }
             PartnerSelection::ContactCell => (
                 ENERGY_OVER_RATE * RATE_ERROR_OF_ESMC / each,
-                format!("{} simulators per particle", short(each)),
+                format!("{} simulators per particle", format_number(each)),
             ),
             PartnerSelection::AroundContact => {
                 let diameter = 2.0 * self.mean_radius();
                 let excess = in_space!(self.gas.dimension, S => parameters
                     .excess_of_repeated_pairs::<S>(self.gas.packing_fraction, diameter, self.gas.restitution));
-                (excess, format!("{} simulators per particle", short(each)))
+                (
+                    excess,
+                    format!("{} simulators per particle", format_number(each)),
+                )
             }
             PartnerSelection::WithinCell => {
                 let simulators = self.simulators_per_cell(parameters);
                 (
                     ENERGY_OVER_RATE * RATE_ERROR_IN_A_CELL / simulators,
-                    format!("{} simulators in a cell", short(simulators)),
+                    format!("{} simulators in a cell", format_number(simulators)),
                 )
             }
         };
         let margin = self.case.verdict.tolerance;
         (error > margin).then(|| {
             format!(
-                "{name} has {has}, which put energies off by some {} %, more than the margin of {} %",
-                (100.0 * error).round(),
-                short(100.0 * margin)
+                "{name} has {has}, which put energies off by some {}, more than the margin of {} %",
+                format_percent(error),
+                format_number(100.0 * margin)
             )
         })
     }
@@ -364,7 +366,7 @@ impl CasePlan {
                 let energy = energy.map_or(String::new(), |energy| {
                     format!(
                         ": its energy is then {} times that of a gas with Enskog's rate at the end",
-                        short(1.0 + energy)
+                        format_number(1.0 + energy)
                     )
                 });
                 list.push(format!(

@@ -4,8 +4,7 @@
 use std::f64::consts::PI;
 
 use stosszahl_case::format::{FaceSpec, UnitsSpec};
-
-use crate::words::{percent, short};
+use stosszahl_results::{format_number, format_percent};
 
 use super::data::{CasePlan, EngineKind};
 
@@ -61,8 +60,8 @@ impl CasePlan {
             format!(
                 "engine.ed.contact_time is {} mean free times of the start, so that {} of the contacts are elastic from the start on, \
                  whatever the restitution; contact times well below a hundredth of the mean free time change contacts in collapse alone",
-                short(contact_time / self.clock.mean_free_time),
-                percent(elastic)
+                format_number(contact_time / self.clock.mean_free_time),
+                format_percent(elastic)
             )
         })
     }
@@ -89,7 +88,7 @@ impl CasePlan {
                  ever, at {} thermal speeds of the start when the run ends; walls across that axis, rough walls along it or obstacles \
                  hold it",
                 ["x", "y", "z"][axis],
-                short(speed / self.thermal_speed())
+                format_number(speed / self.thermal_speed())
             )
         })
     }
@@ -134,9 +133,9 @@ impl CasePlan {
                 list.push(format!(
                     "units = \"si\": {key} = {} gives particles of {} kg a thermal speed of {} m/s; a granular temperature is the energy \
                      m <v^2>/D in joules, not kelvin (gas.rms_speed says the speed itself)",
-                    short(temperature),
-                    short(mass),
-                    short(speed)
+                    format_number(temperature),
+                    format_number(mass),
+                    format_number(speed)
                 ));
                 break;
             }
@@ -149,7 +148,7 @@ impl CasePlan {
             list.push(format!(
                 "units = \"si\": {} moves at {} m/s; lengths are in metres, times of walls and streams in seconds",
                 source.key,
-                short(source.speed)
+                format_number(source.speed)
             ));
         }
         let density = |one: &super::SpeciesPlan| {
@@ -169,9 +168,9 @@ impl CasePlan {
         if let Some((density, diameter, mass)) = odd {
             list.push(format!(
                 "units = \"si\": particles of {} m and {} kg have a density of {} kg/m^3; diameters are in metres and masses in kilograms",
-                short(diameter),
-                short(mass),
-                short(density)
+                format_number(diameter),
+                format_number(mass),
+                format_number(density)
             ));
         }
         list
@@ -267,7 +266,7 @@ impl CasePlan {
         if exact && most > UNLIKE * least && least > 0.0 {
             list.push(format!(
                 "diameters differ by a factor of {}: exact dynamics looks at more candidates for each of its collisions",
-                short(most / least)
+                format_number(most / least)
             ));
         }
         let thermal = self.thermal_speed();
@@ -275,7 +274,7 @@ impl CasePlan {
             list.push(format!(
                 "gravity: a fall through the box gains {} thermal speeds, and what has fallen lies densely; both raise the number of \
                  collisions, of which the start alone is counted",
-                short(self.fall() / thermal)
+                format_number(self.fall() / thermal)
             ));
         }
         for source in self.sources() {
@@ -284,21 +283,21 @@ impl CasePlan {
                 list.push(format!(
                     "{}: it moves at {} thermal speeds, and the faster gas collides as much more often",
                     source.key,
-                    short(source.speed / thermal)
+                    format_number(source.speed / thermal)
                 ));
             } else if heat.sqrt() > DRIVEN {
                 list.push(format!(
                     "{}: it is {} times as hot as the start, and the hotter gas collides more often by the root of that",
                     source.key,
-                    short(heat)
+                    format_number(heat)
                 ));
             }
         }
         if exact && self.gas.packing_fraction > 0.5 && self.gas.restitution < 1.0 {
             list.push(format!(
                 "a packing fraction of {} with restitution {}: dense clusters collide far more often than the start",
-                short(self.gas.packing_fraction),
-                short(self.gas.restitution)
+                format_number(self.gas.packing_fraction),
+                format_number(self.gas.restitution)
             ));
         }
         list

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::words::short;
+use stosszahl_results::format_number;
 
 use super::data::{CasePlan, PlanError};
 
@@ -78,7 +78,7 @@ impl CasePlan {
             region.low[axis] >= 0.0 && region.high[axis] <= most
         };
         let sides: Vec<String> = (self.gas.lengths[..self.gas.dimension].iter())
-            .map(|side| short(side * unit))
+            .map(|side| format_number(side * unit))
             .collect();
         let allowed = format!("a region inside the box of {}", sides.join(" x "));
         PlanError::require(axes.clone().all(inside), KEY, "", allowed)?;
@@ -89,10 +89,10 @@ impl CasePlan {
         let widest = 2.0 * radii.fold(0.0, f64::max);
         let narrowest = axes.map(|axis| region.high[axis] - region.low[axis]);
         let narrowest = narrowest.fold(f64::INFINITY, f64::min);
-        let found = format!("a side of {}", short(narrowest * unit));
+        let found = format!("a side of {}", format_number(narrowest * unit));
         let allowed = format!(
             "sides longer than the widest particle, {}, as whole particles lie in the region",
-            short(widest * unit)
+            format_number(widest * unit)
         );
         PlanError::require(narrowest > widest * (1.0 + 1e-9), KEY, found, allowed)?;
         let bodies = "a region with room outside the bodies of [[obstacle]]";
@@ -111,7 +111,7 @@ impl CasePlan {
         };
         let found = format!(
             "particles cover {} of what is free in the region",
-            short(packing)
+            format_number(packing)
         );
         let allowed = format!(
             "at most {most:.3}, where random addition jams: a larger region, or fewer or smaller particles"
@@ -125,7 +125,7 @@ impl CasePlan {
             list.push(format!(
                 "start.region: the gas begins in a part of the box, of which it covers {}; t0, mean free time and all theory are of the \
                  gas spread over the whole box",
-                short(packing)
+                format_number(packing)
             ));
         }
     }

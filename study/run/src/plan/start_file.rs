@@ -8,8 +8,7 @@ use stosszahl_case::format::{FACES, FaceSpec, PlacementSpec, UnitsSpec, Velociti
 use stosszahl_model::images::{nearest, wrapped};
 use stosszahl_model::initial::{self, Overlap, StartFile};
 use stosszahl_model::{Domain, Plane, Shear, Space as _, Volume};
-
-use crate::words::short;
+use stosszahl_results::format_number;
 
 use super::confinement::Confinement;
 use super::data::{CasePlan, PlanError, UnitScale, in_space};
@@ -209,8 +208,12 @@ impl Source<'_> {
             let out = |one: &&Vector3<f64>| one.z != 0.0;
             let mut above = positions.filter(|one| one.z != height);
             let found = match (above.next(), file.velocities.iter().flatten().find(out)) {
-                (Some(one), _) => Some(format!("z = {} and z = {}", short(height), short(one.z))),
-                (None, Some(one)) => Some(format!("a velocity vz = {}", short(one.z))),
+                (Some(one), _) => Some(format!(
+                    "z = {} and z = {}",
+                    format_number(height),
+                    format_number(one.z)
+                )),
+                (None, Some(one)) => Some(format!("a velocity vz = {}", format_number(one.z))),
                 (None, None) => None,
             };
             if let Some(found) = found {
@@ -221,7 +224,7 @@ impl Source<'_> {
         if let Some(weight) = file.weights.iter().flatten().find(|&&one| one != 1.0) {
             let found = format!(
                 "{name}: a simulator with weight {}, no particle",
-                short(*weight)
+                format_number(*weight)
             );
             return Err(content_error(found, "particles, of weight 1"));
         }
@@ -319,19 +322,22 @@ impl Source<'_> {
             return Ok(0.0);
         }
         if !self.case.is_sheared() {
-            let found = format!("{name}: a box that is tilted by {} along x", short(tilt));
+            let found = format!(
+                "{name}: a box that is tilted by {} along x",
+                format_number(tilt)
+            );
             let allowed = "a rectangular box; a tilted one is that of a shear flow, which box.shear_rate makes";
             return Err(content_error(found, allowed));
         }
         let asked = self.case.start.equilibration.unwrap_or(0.0);
         let allowed = format!(
             "0, as elastic collisions are those of a box at rest, and the box above that of {name} is displaced by {}",
-            short(offset)
+            format_number(offset)
         );
         PlanError::require(asked == 0.0, "start.equilibration", asked, allowed)?;
         self.changes.push(format!(
             "start.file: the shear flow begins with the box above displaced by {}, the tilt of {name}",
-            short(offset)
+            format_number(offset)
         ));
         Ok(offset)
     }
@@ -363,9 +369,9 @@ impl Source<'_> {
                         "{}: particle {index} (counted from 0) at {} = {}",
                         self.name,
                         AXES[axis],
-                        short(position[axis])
+                        format_number(position[axis])
                     );
-                    let allowed = format!("places from 0 to {}", short(lengths[axis]));
+                    let allowed = format!("places from 0 to {}", format_number(lengths[axis]));
                     return Err(content_error(found, allowed));
                 }
             }
@@ -403,7 +409,7 @@ impl Source<'_> {
         let mean_mass = total / masses.len() as f64;
         let warm = found > LEAST_WARMTH * square * mean_mass;
         if !(found.is_normal() && found < 1e200 && warm) {
-            let found = format!("{name}: a granular temperature of {}", short(found));
+            let found = format!("{name}: a granular temperature of {}", format_number(found));
             let allowed =
                 "velocities that give one above rounding; velocities = \"maxwellian\" draws some";
             return Err(content_error(found, allowed));
@@ -413,7 +419,7 @@ impl Source<'_> {
                 *velocity -= drift;
             }
             if drift.norm() > LEAST_DRIFT * (found / mean_mass).sqrt() {
-                let parts = drift.iter().take(dimension).map(|one| short(*one));
+                let parts = drift.iter().take(dimension).map(|one| format_number(*one));
                 let parts = parts.collect::<Vec<_>>().join(", ");
                 self.changes.push(format!(
                     "start.file: the mean velocity ({parts}) of {name} is taken out of all velocities, as nothing in a periodic box \
@@ -526,7 +532,7 @@ impl CasePlan {
         self.notes.choices.push(format!(
             "start.file: pairs of disks of {name} that overlapped by the rounding of single precision, at most {}, and are moved \
              apart: {pairs}",
-            short(deepest * self.scale.length)
+            format_number(deepest * self.scale.length)
         ));
         Ok(())
     }
@@ -559,7 +565,7 @@ impl CasePlan {
                 if let Some((what, depth)) = confinement.blocks(at, reach) {
                     let found = format!(
                         "{name}: particle {index} (counted from 0) overlaps {what} by {}",
-                        short(depth * self.scale.length)
+                        format_number(depth * self.scale.length)
                     );
                     return Err(content_error(found, "particles that at most touch"));
                 }
@@ -579,7 +585,7 @@ impl CasePlan {
         {
             let found = format!(
                 "{name}: disks {a} and {b} (counted from 0) overlap by {}",
-                short(depth * self.scale.length)
+                format_number(depth * self.scale.length)
             );
             let allowed = if self
                 .gas
@@ -597,7 +603,7 @@ impl CasePlan {
         let narrow = |axis: usize| {
             domain.is_periodic(axis) && self.gas.lengths[axis] <= widest * (1.0 + 1e-9)
         };
-        let [x, y] = [0, 1].map(|axis| short(self.gas.lengths[axis] * self.scale.length));
+        let [x, y] = [0, 1].map(|axis| format_number(self.gas.lengths[axis] * self.scale.length));
         let found = format!("{name}: a box of {x} x {y}");
         let wide = !narrow(0) && !narrow(1);
         wide.then_some(())

@@ -265,7 +265,7 @@ fn index(file: &CaseFile) -> Sweep {
             .map(|one| {
                 (
                     one.key.clone(),
-                    serde_json::to_value(&one.value).unwrap_or_default(),
+                    serde_json::to_value(&one.value).expect("a TOML value has keys of text only"),
                 )
             })
             .collect(),

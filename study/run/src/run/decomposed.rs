@@ -11,6 +11,7 @@ use std::sync::Arc;
 use stosszahl_case::CaseFile;
 use stosszahl_dsmc::{Ranks, from_first, gather_from_all};
 use stosszahl_model::random::Streams;
+use stosszahl_model::to_bytes;
 
 use super::case_run::{Opened, prepare, require_memory_of_each};
 use super::error::RunError;
@@ -33,7 +34,7 @@ impl Drop for Release<'_> {
 /// Checks that all processes are ready; otherwise returns the error of the lowest rank that is not.
 fn require_all_ready<T>(ranks: &dyn Ranks, mine: &Result<T, RunError>) -> Result<(), RunError> {
     let mine = mine.as_ref().err().map(ToString::to_string);
-    let all = gather_from_all(ranks, postcard::to_stdvec(&mine).unwrap_or_default());
+    let all = gather_from_all(ranks, to_bytes(&mine));
     for (rank, bytes) in all.iter().enumerate() {
         let why: Option<String> = postcard::from_bytes(bytes)
             .unwrap_or_else(|_| Some("a message of another program".to_owned()));
@@ -107,7 +108,9 @@ pub fn serve_subdomains(
     pool.install(|| {
         loop {
             let bytes = from_first(&**ranks, Vec::new());
-            let call: Option<Call> = postcard::from_bytes(&bytes).unwrap_or(None);
+            let call = postcard::from_bytes::<Option<Call>>(&bytes).map_err(|error| {
+                RunError::Processes(format!("a message of another program: {error}"))
+            })?;
             let Some(call) = call else {
                 return Ok(());
             };

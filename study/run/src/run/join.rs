@@ -373,9 +373,9 @@ impl<'a> TaskQueue<'a> {
 /// Returns the summary of a finished point, from its manifest.
 fn summary_of_finished(job: &Job<'_>, was_complete: bool) -> Result<PointSummary, RunError> {
     let path = job.place.path();
-    let manifest = Manifest::read(&path)?;
-    let Some(manifest) = manifest.filter(|_| job.place.is_complete().unwrap_or(false)) else {
-        return Err(ResultsError::Unsound { path }.into());
+    let manifest = match Manifest::read(&path)? {
+        Some(manifest) if job.place.is_complete()? => manifest,
+        _ => return Err(ResultsError::Unsound { path }.into()),
     };
     Ok(job.summary(
         was_complete,

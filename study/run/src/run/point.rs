@@ -11,6 +11,7 @@ use stosszahl_case::format::TimeUnit;
 use stosszahl_results::{
     Derived, EngineWork, Existing, FORMAT, FramesEntry, Machine, Manifest, Program, RunPlace,
     RunQuestion, SNAPSHOTS, StartRecord, StartTest, Table, VerdictText, engine_title,
+    format_percent,
 };
 
 use super::error::RunError;
@@ -556,10 +557,10 @@ fn chi_limit_warnings(engines: &[EngineWork]) -> impl Iterator<Item = String> + 
         let share = engine.work.get("share_of_collisions_in_limited_cells").copied()?;
         (share > MANY_LIMITED).then(|| {
             format!(
-                "{}: {:.0} % of the collisions were in cells whose contact value was limited by max_contact_value; the \
+                "{}: {} of the collisions were in cells whose contact value was limited by max_contact_value; the \
                  rate there is the limit's, not the density's",
                 engine_title(&engine.engine),
-                100.0 * share
+                format_percent(share)
             )
         })
     })

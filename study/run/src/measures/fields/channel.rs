@@ -115,7 +115,7 @@ impl<'a> Channel<'a> {
         let [first, last] = self
             .ends()
             .map(|end| self.mean(end, self.middle(), quantity));
-        judge::quotient(&last, &first)
+        judge::format_quotient(&last, &first)
     }
 
     /// Describes the changes of density, velocity and temperature along the channel.
@@ -151,7 +151,7 @@ impl<'a> Channel<'a> {
         format!(
             "At the exit particles slip along the walls at {} of the velocity in the middle, and are slower than {FREE} of it up \
              to {layer:.3} from the wall.",
-            judge::quotient(&edges, &centre)
+            judge::format_quotient(&edges, &centre)
         )
     }
 

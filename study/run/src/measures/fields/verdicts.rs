@@ -3,7 +3,7 @@
 
 use stosszahl_analysis::fields::CellAveraging;
 use stosszahl_model::Space as _;
-use stosszahl_results::{Table, TableCell, TableEstimate, VerdictText};
+use stosszahl_results::{Table, TableCell, TableEstimate, VerdictText, format_number};
 
 use super::channel::Channel;
 use super::view::{DENSITY, SPEED, TEMPERATURE, View};
@@ -127,7 +127,7 @@ fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &TimeBlocks) -> V
     let words = plan.engines.iter().zip(steady).map(|(engine, from)| {
         let name = title(engine.name);
         match from {
-            Some(time) => format!("{name} is steady from t = {} on", judge::short(*time)),
+            Some(time) => format!("{name} is steady from t = {} on", format_number(*time)),
             None => format!("{name} is not steady by t = {until}"),
         }
     });
@@ -136,8 +136,8 @@ fn steadiness(plan: &CasePlan, steady: &[Option<f64>], window: &TimeBlocks) -> V
     let sentence = format!(
         "{} (marginal standard error rule). Fields and profiles are averages from t = {} to {}.",
         words.join("; "),
-        judge::short(start),
-        judge::short(end)
+        format_number(start),
+        format_number(end)
     );
     // A uniform gas that cools has no steady state to wait for.
     if window.steady || plan.is_uniform() {
@@ -185,9 +185,9 @@ fn overcrowding_warning(
     let sentence = format!(
         "{name} packs particles closer than they can lie: their packing fraction is {} at {}, and at most {} is possible. Its particles \
          collide and do not touch, so a bed that comes to rest sinks into itself, and its profiles there are not those of hard particles.",
-        judge::short(packing),
+        format_number(packing),
         place_text(row),
-        judge::short(closest),
+        format_number(closest),
     );
     Some(judge::warning(format!("packing, {name}"), sentence))
 }
@@ -196,7 +196,7 @@ fn overcrowding_warning(
 fn place_text(row: &Row<'_>) -> String {
     let axis = if row.says("along", "x") { "x" } else { "y" };
     let at = row.number("at").unwrap_or(f64::NAN);
-    format!("{axis} = {}", judge::short(at))
+    format!("{axis} = {}", format_number(at))
 }
 
 /// Decides the verdict on the difference of the density profiles of two engines. An axis with a
@@ -273,7 +273,7 @@ fn walls(
     let [hotter, faster] = both.map(|one| DifferenceUnit::Relative.interval(&one));
     let sentence = format!(
         "The gas is hotter than its walls by {hotter}, and moves along them at {faster} of the thermal speed; the margin of both is {}.",
-        judge::margin(rule.margin)
+        judge::format_margin(rule.margin)
     );
     let kind = judge::together(both.map(|one| kind_of(one.decide(&half))));
     Some(judge::verdict(topic, sentence, kind))
