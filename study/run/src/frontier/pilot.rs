@@ -25,6 +25,7 @@ use super::quantity::{
 use super::setting::SIMULATORS;
 use crate::engine_run::PartError;
 use crate::engine_run::in_memory::{InMemoryRun, measures, resized};
+use crate::judge;
 use crate::measure::Measure;
 use crate::plan::{CasePlan, EngineKind, EnginePlan, PlanError};
 
@@ -128,14 +129,19 @@ impl Candidate {
                 "no resolution that was tried is sure to keep {target}, and this one errs least"
             )
         };
+        let plural = |count: f64, noun: &str| {
+            let ending = if count == 1.0 { "" } else { "s" };
+            format!("{count} {noun}{ending}")
+        };
         format!(
-            "{engine}: {} simulators per particle and {} steps, because a pilot of {} disks and {RUNS} runs found an error of \
-             {} ± {} in {what}; {reason}",
-            self.parameters.simulators_per_particle,
-            self.parameters.steps_per_cell_crossing,
+            "{engine}: {} per particle and {}, because a pilot of {} disks and {RUNS} runs found an error of {} in {what}; {reason}",
+            plural(
+                f64::from(self.parameters.simulators_per_particle),
+                "simulator"
+            ),
+            plural(self.parameters.steps_per_cell_crossing, "step"),
             search.plan.count(),
-            format_percent(self.found.systematic),
-            format_percent(self.found.systematic_error),
+            judge::format_deviation(self.found.systematic, Some(self.found.systematic_error)),
         )
     }
 }
