@@ -243,7 +243,7 @@ impl Problem {
     /// Creates a problem: the value of a key is not allowed.
     pub(crate) fn bad(key: &[String], value: &toml::Value, allowed: impl Into<String>) -> Self {
         let fault = Fault::BadValue {
-            value: format_short(value),
+            value: format_toml(value),
             found: None,
             allowed: allowed.into(),
         };
@@ -260,8 +260,8 @@ impl Problem {
     }
 }
 
-/// Formats a number with few digits, for messages.
-pub(crate) fn brief_number(value: f64) -> String {
+/// Formats a total of shares or particles with four decimals, for messages.
+pub(crate) fn format_total(value: f64) -> String {
     if value.abs() < 1e6 {
         format!("{value:.4}")
     } else {
@@ -270,18 +270,18 @@ pub(crate) fn brief_number(value: f64) -> String {
 }
 
 /// Formats a TOML value on one line, shortened if it is long.
-pub(crate) fn format_short(value: &toml::Value) -> String {
+pub(crate) fn format_toml(value: &toml::Value) -> String {
     const WIDTH: usize = 60;
     let text = match value {
         // Rust writes 1e300 so, where the TOML writer would give three hundred zeros.
         toml::Value::Float(number) if number.is_finite() => format!("{number:?}"),
         toml::Value::Array(all) => {
             // Further values would lie beyond the width at which the text is cut.
-            let all: Vec<String> = all.iter().take(WIDTH).map(format_short).collect();
+            let all: Vec<String> = all.iter().take(WIDTH).map(format_toml).collect();
             format!("[{}]", all.join(", "))
         }
         toml::Value::Table(all) => {
-            let entry = |(key, value)| format!("{key} = {}", format_short(value));
+            let entry = |(key, value)| format!("{key} = {}", format_toml(value));
             let all: Vec<String> = all.iter().take(WIDTH).map(entry).collect();
             format!("{{ {} }}", all.join(", "))
         }

@@ -411,7 +411,7 @@ fn list(schema: &Json) -> String {
 }
 
 /// Formats a limit of a range with few digits.
-fn format_short(limit: f64) -> String {
+fn format_limit(limit: f64) -> String {
     if limit != 0.0 && limit.abs() < 1e-4 {
         format!("{limit:e}")
     } else {
@@ -424,7 +424,7 @@ fn format_range(schema: &Json) -> String {
     let limit = |key: &str| {
         let number = schema.get(key)?;
         let number = number.as_u64().map_or_else(
-            || number.as_f64().map(format_short),
+            || number.as_f64().map(format_limit),
             |whole| Some(whole.to_string()),
         )?;
         Some(number)

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::{Checked, MOST, MOST_MASSES, Relations};
-use crate::error::brief_number;
+use crate::error::format_total;
 use crate::format::{DiameterDistribution, PlacementSpec, Rounding, UnitsSpec, VelocitiesSpec};
 
 impl Relations<'_> {
@@ -187,7 +187,7 @@ impl Relations<'_> {
             self.ensure(
                 (total - 1.0).abs() < 1e-6,
                 format!("species.{}.share", species.len()),
-                format!("shares add up to 1; these to {}", brief_number(total)),
+                format!("shares add up to 1; these to {}", format_total(total)),
             )?;
             self.ensure(
                 case.gas.number.is_some(),
@@ -199,7 +199,7 @@ impl Relations<'_> {
         if !species.is_empty() {
             let allowed = format!(
                 "all species together have from 1 to {MOST} particles; these have {}",
-                brief_number(total)
+                format_total(total)
             );
             self.ensure((1.0..=MOST).contains(&total), "species", allowed)?;
         }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{Checked, Relations};
-use crate::error::brief_number;
+use crate::error::format_total;
 use crate::format::{
     DisplacementSpec, FACES, FaceSpec, FaceWord, PairCorrelationSpec, PlacementSpec,
     RestitutionSpec, SCHEMES, WallSpec,
@@ -23,7 +23,7 @@ impl Relations<'_> {
             let share = filled / self.case.gas.simulated_volume().unwrap_or(f64::INFINITY);
             let allowed = format!(
                 "particles fill less than all of the volume where contact values are dense; here {}",
-                brief_number(share)
+                format_total(share)
             );
             let dense = self.case.gas.pair_correlation == PairCorrelationSpec::Enskog;
             return self.ensure(!dense || share < 1.0, "gas.volume", allowed);
@@ -67,7 +67,7 @@ impl Relations<'_> {
             let share = filled / size.iter().product::<f64>();
             let allowed = format!(
                 "a box with a packing fraction of at most {closest:.4}{most}; of this one {} is filled",
-                brief_number(share)
+                format_total(share)
             );
             self.ensure(share <= closest, "box.size", allowed)?;
         }

@@ -323,11 +323,8 @@ fn with_number(case: &Case) -> Result<Cow<'_, Case>, PlanError> {
     let critical = transport::critical_length(packing, contact_value(packing), restitution);
     let aspect = domain.map_or(1.0, |domain| domain.aspect_ratio);
     let number = (packing * (aspect * (lengths * critical).powi(2)) / FRAC_PI_4).round();
-    let found = format!(
-        "{} ({} disks)",
-        format_number(lengths),
-        format_number(number)
-    );
+    let [side, disks] = [lengths, number].map(format_number);
+    let found = format!("{side} ({disks} disks)");
     let allowed = "a box of 2 to 2147483647 disks";
     let fits = (2.0..=2_147_483_647.0).contains(&number);
     PlanError::require(fits, "box.width_over_critical_length", found, allowed)?;
