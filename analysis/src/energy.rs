@@ -99,36 +99,14 @@ impl Observer for Virial {
 mod tests {
     use super::*;
     use nalgebra::vector;
-    use stosszahl_model::{
-        Constant, Domain, Free, Monodisperse, ParticleState, Plane, Scene, Smooth,
-    };
+    use stosszahl_model::{Domain, samples};
 
     #[test]
     fn moments_of_four_particles() {
-        let scene = Scene {
-            space: Plane,
-            surface: Smooth,
-            restitution: Constant::new(1.0).expect("a coefficient"),
-            sizes: Monodisperse {
-                radius: 0.5,
-                mass: 2.0,
-            },
-            field: Free,
-        };
-        let speeds = [1.0, -1.0, 3.0, -3.0];
-        let bodies = speeds
-            .map(|v| ParticleState::new(vector![0.0, 0.0], vector![v, 0.0]))
-            .to_vec();
+        let scene = samples::mixture(1.0, [(0.5, 2.0); 4]);
+        let bodies = [1.0, -1.0, 3.0, -3.0].map(|v| (vector![0.0, 0.0], vector![v, 0.0]));
         let domain = Domain::periodic(vector![9.0, 9.0]).expect("a box");
-        let sample = EnergySample::new(
-            &scene,
-            &State {
-                time: 1.0,
-                domain,
-                bodies,
-            },
-            6,
-        );
+        let sample = EnergySample::new(&scene, &samples::state(domain, bodies), 6);
         // <m v^2> = 2 (1 + 9)/2 = 10, <m^2 v^4> = 4 (1 + 81)/2 = 164.
         assert_eq!(sample.temperature, 5.0);
         assert!((sample.fourth_cumulant - (2.0 * 164.0 / (4.0 * 100.0) - 1.0)).abs() < 1e-15);

@@ -651,51 +651,35 @@ impl<F: Field<Plane>> EventTimes for DiskSystem<F> {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use stosszahl_model::{
-        Constant, Domain, Free, Monodisperse, ParticleState, Scene, Smooth, State,
-    };
+    use stosszahl_model::Domain;
+    use stosszahl_model::samples::{self, EqualDisks, disks};
 
     use super::*;
     use crate::record::ABSENT;
     use crate::{Calendar, DissipationRule, EventDrivenEngine};
     use nalgebra::vector;
 
-    pub(crate) type Scenery = Scene<Plane, Smooth, Constant, Monodisperse, Free>;
-
     /// Creates elastic unit disks in a square periodic box.
     pub(crate) fn gas<Q: Calendar>(
         length: f64,
-        bodies: Vec<ParticleState<Scenery>>,
-    ) -> EventDrivenEngine<Scenery, Q> {
-        let scene = Scene {
-            space: Plane,
-            surface: Smooth,
-            restitution: Constant::ELASTIC,
-            sizes: Monodisperse {
-                radius: 0.5,
-                mass: 1.0,
-            },
-            field: Free,
-        };
-        let start = State {
-            time: 0.0,
-            domain: Domain::periodic(vector![length, length]).expect("a box"),
-            bodies,
-        };
-        EventDrivenEngine::new(scene, DissipationRule::Elastic, start).expect("an engine")
+        bodies: impl IntoIterator<Item = (Vector2<f64>, Vector2<f64>)>,
+    ) -> EventDrivenEngine<EqualDisks, Q> {
+        let domain = Domain::periodic(vector![length, length]).expect("a box");
+        let start = samples::state(domain, bodies);
+        EventDrivenEngine::new(disks(1.0), DissipationRule::Elastic, start).expect("an engine")
     }
 
     /// Creates disks on a square lattice, with speeds of no pattern.
-    pub(crate) fn lattice<Q: Calendar>(side: u32) -> EventDrivenEngine<Scenery, Q> {
+    pub(crate) fn lattice<Q: Calendar>(side: u32) -> EventDrivenEngine<EqualDisks, Q> {
         let body = |index: u32| {
             let place = vector![f64::from(index % side), f64::from(index / side)] * 1.5;
             let angle = f64::from(index) * f64::from(index);
-            ParticleState::new(place, vector![angle.sin(), angle.cos()])
+            (place, vector![angle.sin(), angle.cos()])
         };
-        gas(1.5 * f64::from(side), (0..side * side).map(body).collect())
+        gas(1.5 * f64::from(side), (0..side * side).map(body))
     }
 
-    fn engine() -> EventDrivenEngine<Scenery> {
+    fn engine() -> EventDrivenEngine<EqualDisks> {
         lattice(8)
     }
 

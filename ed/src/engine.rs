@@ -668,8 +668,9 @@ impl EventTimes for NoEvents {
 #[cfg(test)]
 mod tests {
     use nalgebra::vector;
+    use stosszahl_model::samples::law;
     use stosszahl_model::walls::{Face, Wall, Walls};
-    use stosszahl_model::{Constant, Free, Polydisperse, Rough, Scene};
+    use stosszahl_model::{Free, Polydisperse, Rough, Scene};
 
     use super::*;
 
@@ -698,13 +699,9 @@ mod tests {
             Some((body, (radius, radius * radius)))
         });
         let (bodies, sizes): (Vec<_>, Vec<_>) = sites.unzip();
-        let scene = Scene {
-            space: Plane,
-            surface: Rough::new(0.3, 0.5).expect("a surface"),
-            restitution: Constant::new(0.9).expect("a law"),
-            sizes: Polydisperse::new(sizes).expect("sizes"),
-            field: Free,
-        };
+        let surface = Rough::new(0.3, 0.5).expect("a surface");
+        let sizes = Polydisperse::new(sizes).expect("sizes");
+        let scene = Scene::<Plane, _, _, _, _>::new(surface, law(0.9), sizes, Free);
         let wall = || Face::Wall(Wall::specular());
         let faces = [[Face::Periodic, Face::Periodic], [wall(), wall()]];
         let boundaries = DiskBoundaries {

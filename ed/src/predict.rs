@@ -179,7 +179,6 @@ where
 #[cfg(test)]
 mod tests {
     use nalgebra::vector;
-    use stosszahl_model::ParticleState;
 
     use crate::disk::tests::{gas, lattice};
     use crate::{Buckets, time_to_contact};
@@ -225,10 +224,10 @@ mod tests {
     #[test]
     fn a_contact_later_than_the_others_own_is_left_to_it() {
         for (velocity, left) in [(-1.0, true), (1.0, false)] {
-            let bodies = vec![
-                ParticleState::new(vector![10.0, 10.0], vector![0.0, 0.0]),
-                ParticleState::new(vector![12.0, 10.0], vector![velocity, 0.0]),
-                ParticleState::new(vector![9.9, 13.0], vector![0.0, -1.0]),
+            let bodies = [
+                (vector![10.0, 10.0], vector![0.0, 0.0]),
+                (vector![12.0, 10.0], vector![velocity, 0.0]),
+                (vector![9.9, 13.0], vector![0.0, -1.0]),
             ];
             let mut engine = gas::<Buckets>(20.0, bodies);
             let disk = |name: u32| engine.names.iter().position(|&its| its == name);

@@ -195,23 +195,11 @@ pub fn bounce<V: Vector, W: Copy>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Constant, Free, Monodisperse, Plane, Scene, Smooth, Volume};
+    use crate::Volume;
+    use crate::samples::{disks, equal};
     use nalgebra::{Vector2, Vector3, vector};
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
-
-    fn scene<S: crate::Space>(space: S) -> Scene<S, Smooth, Constant, Monodisperse, Free> {
-        Scene {
-            space,
-            surface: Smooth,
-            restitution: Constant::new(0.5).expect("a coefficient"),
-            sizes: Monodisperse {
-                radius: 0.5,
-                mass: 1.0,
-            },
-            field: Free,
-        }
-    }
 
     /// Conservation laws for random pairs with random masses, plane and space alike. Bounds: about
     /// ten roundings of numbers of order ten, so 1e-14.
@@ -231,7 +219,7 @@ mod tests {
                 line: vector![number(), number(), number()],
             };
             let restitution = number().abs();
-            let after = collide(&scene(Volume), &pair, restitution).velocities;
+            let after = collide(&equal::<Volume>(0.5), &pair, restitution).velocities;
             let momentum = |v: [Vector3<f64>; 2]| v[0] * pair.masses[0] + v[1] * pair.masses[1];
             assert!((momentum(after) - momentum(pair.velocities)).norm() < 1e-14);
             let normal = pair.line.normalize();
@@ -319,7 +307,7 @@ mod tests {
         let nearly_central = collision(vector![1e-9, -1.0]).impact_square().sqrt();
         assert!((nearly_central - 1e-9).abs() < 1e-24);
         let after = collide(
-            &scene(Plane),
+            &disks(0.5),
             &CollidingPair {
                 velocities: [vector![0.0, -1.0], vector![0.0, 1.0]],
                 spins: [(); 2],

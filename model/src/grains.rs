@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use crate::field::{Field, Free, Gravity, Sheared};
+use crate::field::{Free, Gravity, Sheared};
 use crate::images::Shear;
 use crate::invalid::InvalidValue;
 use crate::physics::Scene;
@@ -104,7 +104,7 @@ impl ParticleSpec {
     /// Returns the particle model of smooth particles of these sizes in free flight, for
     /// specifications that are [`Self::is_plain`].
     pub fn plain<S: Space, Z>(&self, sizes: Z) -> Scene<S, Smooth, Law, Z, Free> {
-        scene(Smooth, self, sizes, Free)
+        Scene::new(Smooth, self.restitution.clone(), sizes, Free)
     }
 
     /// Returns the particle model of any particles with this surface, under gravity or without.
@@ -117,7 +117,8 @@ impl ParticleSpec {
         surface: C,
         count: usize,
     ) -> Result<Scene<S, C, Law, Species, Gravity<S>>, InvalidValue> {
-        Ok(scene(surface, self, self.species(count)?, self.field()?))
+        let (law, sizes) = (self.restitution.clone(), self.species(count)?);
+        Ok(Scene::new(surface, law, sizes, self.field()?))
     }
 
     /// Returns the particle model of smooth particles of these sizes in a uniform shear flow.
@@ -128,7 +129,8 @@ impl ParticleSpec {
         &self,
         sizes: Z,
     ) -> Result<Scene<S, Smooth, Law, Z, Sheared>, InvalidValue> {
-        Ok(scene(Smooth, self, sizes, self.flow()?))
+        let law = self.restitution.clone();
+        Ok(Scene::new(Smooth, law, sizes, self.flow()?))
     }
 
     /// Returns the particle model of any particles with this surface in a uniform shear flow. Sizes
@@ -141,7 +143,8 @@ impl ParticleSpec {
         surface: C,
         count: usize,
     ) -> Result<Scene<S, C, Law, Species, Sheared>, InvalidValue> {
-        Ok(scene(surface, self, self.species(count)?, self.flow()?))
+        let (law, sizes) = (self.restitution.clone(), self.species(count)?);
+        Ok(Scene::new(surface, law, sizes, self.flow()?))
     }
 
     fn flow(&self) -> Result<Sheared, InvalidValue> {
@@ -155,20 +158,5 @@ impl ParticleSpec {
     fn field<S: Space>(&self) -> Result<Gravity<S>, InvalidValue> {
         let pull = self.gravity.unwrap_or_default();
         Gravity::new(S::from_components(|axis| pull[axis]))
-    }
-}
-
-fn scene<S: Space, C: Surface<S>, Z, F: Field<S>>(
-    surface: C,
-    grains: &ParticleSpec,
-    sizes: Z,
-    field: F,
-) -> Scene<S, C, Law, Z, F> {
-    Scene {
-        space: S::default(),
-        surface,
-        restitution: grains.restitution.clone(),
-        sizes,
-        field,
     }
 }

@@ -47,6 +47,7 @@ pub mod physics;
 pub mod random;
 mod recent_contacts;
 pub mod restitution;
+pub mod samples;
 pub mod shear_work;
 pub mod simulation;
 pub mod sizes;

@@ -44,13 +44,8 @@ pub type SpinOf<P> = <<P as ParticleModel>::Surface as Surface<<P as ParticleMod
 ///
 /// ```
 /// use stosszahl_model::{Constant, Free, Monodisperse, Plane, Scene, Smooth};
-/// let scene = Scene {
-///     space: Plane,
-///     surface: Smooth,
-///     restitution: Constant::new(0.8).expect("a coefficient"),
-///     sizes: Monodisperse { radius: 0.5, mass: 1.0 },
-///     field: Free,
-/// };
+/// let (law, sizes) = (Constant::ELASTIC, Monodisperse { radius: 0.5, mass: 1.0 });
+/// let scene: Scene<Plane, _, _, _, _> = Scene::new(Smooth, law, sizes, Free);
 /// assert_eq!(std::mem::size_of_val(&scene), 24);
 /// ```
 #[derive(Clone, Debug)]
@@ -65,6 +60,19 @@ pub struct Scene<S, C, R, Z, F> {
     pub sizes: Z,
     /// Law of free flight between collisions: straight, under gravity, or in a shear flow.
     pub field: F,
+}
+
+impl<S: Default, C, R, Z, F> Scene<S, C, R, Z, F> {
+    /// Creates a particle model from its contact laws, sizes and field.
+    pub fn new(surface: C, restitution: R, sizes: Z, field: F) -> Self {
+        Self {
+            space: S::default(),
+            surface,
+            restitution,
+            sizes,
+            field,
+        }
+    }
 }
 
 impl<S, C, R, Z, F> ParticleModel for Scene<S, C, R, Z, F>

@@ -278,23 +278,16 @@ fn tangential<V: Vector>(vector: V, normal: V) -> V {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Constant, Free, Monodisperse, Plane, Scene, Volume, collide};
+    use crate::samples::{FallingParticles, grains, no_gravity};
+    use crate::{Plane, Volume, collide};
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     type Stream = Xoshiro256PlusPlus;
 
-    fn scene<S: Space>(beta: f64) -> Scene<S, Rough, Constant, Monodisperse, Free> {
-        Scene {
-            space: S::default(),
-            surface: Rough::new(beta, S::INERTIA).expect("a surface"),
-            restitution: Constant::new(1.0).expect("a coefficient"),
-            sizes: Monodisperse {
-                radius: 0.5,
-                mass: 1.0,
-            },
-            field: Free,
-        }
+    fn scene<S: Space>(beta: f64) -> FallingParticles<S, Rough> {
+        let surface = Rough::new(beta, S::INERTIA).expect("a surface");
+        grains(1.0, 1.0, surface, no_gravity())
     }
 
     fn vector<V: Vector>(components: usize, stream: &mut Stream) -> V {

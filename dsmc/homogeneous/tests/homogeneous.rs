@@ -9,27 +9,11 @@ use stosszahl_homogeneous::{
     shards, size_distribution, time_averaged,
 };
 use stosszahl_model::random::{Purpose, Stream, Streams};
+use stosszahl_model::samples::{SmoothParticles, equal, law, smooth_particles, species};
 use stosszahl_model::{
-    Clusters, Constant, Free, PerPair, Plane, Polydisperse, Restitution, Scene, Sizes, Smooth,
-    Space, Species, SpeciesProperties, Vector, Viscoelastic, Volume,
+    Clusters, Law, PerPair, Plane, Polydisperse, Space, Species, Vector, Viscoelastic, Volume,
 };
 use stosszahl_theory::{Component, ContactValues, CoolingState, MaxwellianMixture};
-
-type Of<S, R, Z> = Scene<S, Smooth, R, Z, Free>;
-
-fn scene<S: Space, R: Restitution, Z: Sizes>(space: S, restitution: R, sizes: Z) -> Of<S, R, Z> {
-    Scene {
-        space,
-        surface: Smooth,
-        restitution,
-        sizes,
-        field: Free,
-    }
-}
-
-fn constant(r: f64) -> Constant {
-    Constant::new(r).expect("a coefficient")
-}
 
 fn stream(seed: u64) -> Stream {
     Streams::new(seed, 0).stream_at(Purpose::Velocities, [0, 0])
@@ -58,12 +42,11 @@ fn chi_squared_limit(degrees: f64) -> f64 {
 
 /// The next pair and its time follow the exact rates `k g` of all pairs, from a selection that has
 /// been in use for a few collisions, so that some of its places are stale and some bounds raised.
-fn pairs_follow_their_rates<S: Space, Pick: SelectionMethod<Of<S, Constant, Polydisperse>>>(
-    space: S,
+fn pairs_follow_their_rates<S: Space, Pick: SelectionMethod<SmoothParticles<S, Polydisperse>>>(
     used: u64,
 ) {
     let gas = HomogeneousGas::maxwellian(
-        scene(space, constant(0.6), uneven()),
+        smooth_particles::<S, _>(law(0.6), uneven()),
         PairCorrelationFactor::Dilute,
         1000.0,
         8,
@@ -141,12 +124,12 @@ fn pairs_follow_their_rates<S: Space, Pick: SelectionMethod<Of<S, Constant, Poly
 #[test]
 fn selections_follow_the_rates_of_all_pairs() {
     for used in [0, 7] {
-        pairs_follow_their_rates::<Volume, AliasTableSelection>(Volume, used);
-        pairs_follow_their_rates::<Volume, LowRank>(Volume, used);
-        pairs_follow_their_rates::<Volume, Bird>(Volume, used);
-        pairs_follow_their_rates::<Plane, AliasTableSelection>(Plane, used);
-        pairs_follow_their_rates::<Plane, LowRank>(Plane, used);
-        pairs_follow_their_rates::<Plane, Bird>(Plane, used);
+        pairs_follow_their_rates::<Volume, AliasTableSelection>(used);
+        pairs_follow_their_rates::<Volume, LowRank>(used);
+        pairs_follow_their_rates::<Volume, Bird>(used);
+        pairs_follow_their_rates::<Plane, AliasTableSelection>(used);
+        pairs_follow_their_rates::<Plane, LowRank>(used);
+        pairs_follow_their_rates::<Plane, Bird>(used);
     }
 }
 
@@ -169,11 +152,11 @@ fn always_stick() -> Sticking {
 
 /// Mergers follow the exact rates in a gas in which three pairs have stuck together: clusters of
 /// 2^k monomers, so that the next one's number tells which two it is made of.
-fn mergers_follow_their_rates<Pick: SelectionMethod<Of<Volume, Constant, Clusters>>>() {
+fn mergers_follow_their_rates<Pick: SelectionMethod<SmoothParticles<Volume, Clusters>>>() {
     let start = (0..10).map(|k| 1 << k).collect();
     let sizes = Clusters::new(0.5, 1.0, 3, start).expect("clusters");
     let gas = HomogeneousGas::maxwellian(
-        scene(Volume, constant(0.6), sizes),
+        smooth_particles::<Volume, _>(law(0.6), sizes),
         PairCorrelationFactor::Dilute,
         1000.0,
         10,
@@ -237,26 +220,20 @@ fn selections_stay_exact_while_particles_stick() {
 
 /// Species of mass k, compact in three dimensions, with `floor(first k^-theta)` particles each.
 fn powers(first: f64, theta: i32, most: u32) -> Species {
-    let kinds = (1..=most)
-        .map(|k| {
-            let k = f64::from(k);
-            SpeciesProperties {
-                radius: 0.5 * k.cbrt(),
-                mass: k,
-                count: (first * k.powi(-theta) + 1e-9).floor() as usize,
-            }
-        })
-        .collect();
-    Species::new(kinds).expect("species")
+    species((1..=most).map(|k| {
+        let k = f64::from(k);
+        let count = (first * k.powi(-theta) + 1e-9).floor();
+        (0.5 * k.cbrt(), k, count as usize)
+    }))
 }
 
-fn table<Pick: SelectionMethod<Of<Volume, Constant, Species>>>(
+fn table<Pick: SelectionMethod<SmoothParticles<Volume, Species>>>(
     seed: u64,
-) -> HomogeneousEngine<Of<Volume, Constant, Species>, Pick> {
+) -> HomogeneousEngine<SmoothParticles<Volume, Species>, Pick> {
     let species = powers(3e4, 3, 31);
     let count = species.count();
     let gas = HomogeneousGas::maxwellian(
-        scene(Volume, constant(0.5), species),
+        smooth_particles::<Volume, _>(law(0.5), species),
         PairCorrelationFactor::Dilute,
         3e5,
         count,
@@ -320,10 +297,10 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
     let make = || {
         let species = powers(3e3, 3, 14);
         let count = species.count();
-        let laws = (0..14 * 14).map(|pair| constant(0.4 + 0.003 * f64::from(pair)));
+        let laws = (0..14 * 14).map(|pair| law(0.4 + 0.003 * f64::from(pair)));
         let laws = PerPair::new(14, laws.collect()).expect("a table");
         let gas = HomogeneousGas::maxwellian(
-            scene(Volume, laws, species),
+            smooth_particles::<Volume, _>(laws, species),
             PairCorrelationFactor::Enskog,
             3e4,
             count,
@@ -337,7 +314,7 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
     };
     let mut whole = make();
     let momentum = |engine: &HomogeneousEngine<_, AliasTableSelection, DisplacementRecord<_>>| {
-        let gas: &HomogeneousGas<Of<Volume, PerPair<Constant>, Species>> = engine.gas();
+        let gas: &HomogeneousGas<SmoothParticles<Volume, Species>> = engine.gas();
         gas.momentum().square().sqrt()
     };
     assert!(momentum(&whole) < 1e-10);
@@ -363,16 +340,12 @@ fn momentum_is_conserved_and_bytes_are_repeatable() {
 /// elastic displacements, within z = 4.4 standard errors. That of energy is sqrt(2/(D N)) times the
 /// fraction that is still random (all of it, as an upper bound). That of a mean squared
 /// displacement is sqrt(2/(D N)) in the Gaussian case, doubled.
-fn haff<S: Space>(space: S) {
+fn haff<S: Space>() {
     let (count, r) = (40_000, 0.8);
     let d = S::DIMENSION as f64;
-    let sizes = stosszahl_model::Monodisperse {
-        radius: 0.5,
-        mass: 1.0,
-    };
     let density = 0.1;
     let gas = HomogeneousGas::maxwellian(
-        scene(space, constant(r), sizes),
+        equal::<S>(r),
         PairCorrelationFactor::Enskog,
         count as f64 / density,
         count,
@@ -388,9 +361,8 @@ fn haff<S: Space>(space: S) {
         diameter: 1.0,
         density,
     };
-    let mixture =
-        MaxwellianMixture::new(S::DIMENSION, vec![one], constant(r), ContactValues::Enskog)
-            .expect("a gas");
+    let mixture = MaxwellianMixture::new(S::DIMENSION, vec![one], law(r), ContactValues::Enskog)
+        .expect("a gas");
     let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     let a2 = stosszahl_theory::cooling::fourth_cumulant(S::DIMENSION, r);
     let error = (2.0 / (d * count as f64)).sqrt();
@@ -427,8 +399,8 @@ fn haff<S: Space>(space: S) {
 
 #[test]
 fn equal_particles_cool_and_spread_as_haff_says() {
-    haff(Plane);
-    haff(Volume);
+    haff::<Plane>();
+    haff::<Volume>();
 }
 
 /// Mixtures of two and three species from equal temperatures follow the kinetic equations in Sonine
@@ -436,26 +408,13 @@ fn equal_particles_cool_and_spread_as_haff_says() {
 /// restitution, so that velocities are far from Maxwellian.
 #[test]
 fn mixtures_cool_and_spread_as_the_equations_say() {
-    let solid = |mass: f64, count| SpeciesProperties {
-        radius: 0.5 * mass.cbrt(),
-        mass,
-        count,
-    };
-    let equal = |mass: f64, count| SpeciesProperties {
-        radius: 0.5,
-        mass,
-        count,
-    };
-    let viscoelastic = |strength| Viscoelastic::new(strength).expect("positive");
+    let solid = |mass: f64, count| (0.5 * mass.cbrt(), mass, count);
+    let viscoelastic = |strength| Law::from(Viscoelastic::new(strength).expect("positive"));
     let two = [solid(1.0, 20_000), solid(3.0, 20_000)];
-    mixture_case(&two, constant(0.9), 4);
+    mixture_case(&two, law(0.9), 4);
     let three = [solid(1.0, 20_000), solid(2.0, 20_000), solid(4.0, 20_000)];
     mixture_case(&three, viscoelastic(0.2), 3);
-    mixture_case(
-        &[equal(1.0, 40_000), equal(100.0, 40_000)],
-        constant(0.5),
-        6,
-    );
+    mixture_case(&[(0.5, 1.0, 40_000), (0.5, 100.0, 40_000)], law(0.5), 6);
     mixture_case(
         &[solid(1.0, 40_000), solid(100.0, 40_000)],
         viscoelastic(0.3),
@@ -467,12 +426,12 @@ fn mixtures_cool_and_spread_as_the_equations_say() {
 /// last Sonine order, and 4.75 standard errors, a false alarm in 1e6 each: of a temperature
 /// `sqrt(2 (1 + 5 a2/2)/(3 N))`, of a mean squared displacement `sqrt(2/(3 N))` times 1.5 for its
 /// heavier tails, of a2 `sqrt(8/(15 N))` times 1.5.
-fn mixture_case<R: Restitution>(parts: &[SpeciesProperties], law: R, orders: usize) {
-    let species = Species::new(parts.to_vec()).expect("species");
+fn mixture_case(parts: &[(f64, f64, usize)], law: Law, orders: usize) {
+    let species = species(parts.iter().copied());
     let count = species.count();
-    let volume = parts[0].count as f64 / 0.1;
+    let volume = parts[0].2 as f64 / 0.1;
     let gas = HomogeneousGas::maxwellian(
-        scene(Volume, law.clone(), species),
+        smooth_particles::<Volume, _>(law.clone(), species),
         PairCorrelationFactor::Dilute,
         volume,
         count,
@@ -485,10 +444,10 @@ fn mixture_case<R: Restitution>(parts: &[SpeciesProperties], law: R, orders: usi
         HomogeneousEngine::new(gas, paths, Bounce, Streams::new(3, 0)).expect("an engine");
     let components = parts
         .iter()
-        .map(|kind| Component {
-            mass: kind.mass,
-            diameter: 2.0 * kind.radius,
-            density: kind.count as f64 / volume,
+        .map(|&(radius, mass, count)| Component {
+            mass,
+            diameter: 2.0 * radius,
+            density: count as f64 / volume,
         })
         .collect();
     let mixture =
@@ -499,7 +458,7 @@ fn mixture_case<R: Restitution>(parts: &[SpeciesProperties], law: R, orders: usi
         engine.advance(curve.time, u64::MAX, &mut ()).expect("runs");
         let found = moments(engine.gas(), Some((engine.motion(), curve.time)), None);
         for (k, found) in found.iter().enumerate() {
-            let n = parts[k].count as f64;
+            let n = parts[k].2 as f64;
             let thermal = (2.0 / (3.0 * n)).sqrt();
             let at = curve.time;
             let check = |what: &str, found: f64, curve: f64, below: f64, error: f64| {
@@ -535,24 +494,19 @@ fn mixture_case<R: Restitution>(parts: &[SpeciesProperties], law: R, orders: usi
 /// agree with closed forms.
 #[test]
 fn tracers_follow_the_tracer_limit() {
-    let kinds = [1.0, 10.0].map(|mass: f64| SpeciesProperties {
-        radius: 0.5 * mass.cbrt(),
-        mass,
-        count: if mass > 1.0 { 4000 } else { 40_000 },
-    });
-    let species = Species::new(kinds.to_vec()).expect("species");
+    let kinds = [(1.0_f64, 40_000), (10.0, 4000)];
+    let species = species(kinds.map(|(mass, count)| (0.5 * mass.cbrt(), mass, count)));
     let count = species.count();
     let components = [(1.0_f64, 0.1), (10.0, 0.0)].map(|(mass, density)| Component {
         mass,
         diameter: mass.cbrt(),
         density,
     });
-    let mixture =
-        MaxwellianMixture::new(3, components.to_vec(), constant(0.9), ContactValues::Dilute)
-            .expect("a mixture");
+    let mixture = MaxwellianMixture::new(3, components.to_vec(), law(0.9), ContactValues::Dilute)
+        .expect("a mixture");
     let state = CoolingState::at_temperature(&mixture, 1.0).expect("it cools");
     let gas = HomogeneousGas::maxwellian(
-        scene(Volume, constant(0.9), species),
+        smooth_particles::<Volume, _>(law(0.9), species),
         PairCorrelationFactor::Dilute,
         4e5,
         count,
@@ -643,15 +597,14 @@ fn shards_have_no_momentum_and_the_energy_asked_for() {
     );
 }
 
-fn clusters<C: ContactRule<Of<S, Constant, Clusters>>, S: Space>(
-    space: S,
+fn clusters<C: ContactRule<SmoothParticles<S, Clusters>>, S: Space>(
     count: usize,
     density: f64,
     contacts: C,
-) -> HomogeneousEngine<Of<S, Constant, Clusters>, AliasTableSelection, (), C> {
+) -> HomogeneousEngine<SmoothParticles<S, Clusters>, AliasTableSelection, (), C> {
     let sizes = Clusters::new(0.5, 1.0, S::DIMENSION, Vec::new()).expect("clusters");
     let gas = HomogeneousGas::maxwellian(
-        scene(space, constant(0.5), sizes),
+        smooth_particles::<S, _>(law(0.5), sizes),
         PairCorrelationFactor::Dilute,
         count as f64 / density,
         count,
@@ -667,7 +620,7 @@ fn clusters<C: ContactRule<Of<S, Constant, Clusters>>, S: Space>(
 #[test]
 fn aggregation_decays_as_measured_elsewhere() {
     let count = 60_000;
-    let mut space = clusters(Volume, count, 0.01, always_stick());
+    let mut space = clusters::<_, Volume>(count, 0.01, always_stick());
     for (time, number, energy) in [
         (10.0, 0.737, 0.665),
         (31.6, 0.466, 0.361),
@@ -685,7 +638,7 @@ fn aggregation_decays_as_measured_elsewhere() {
             "{time}: {e} {energy}"
         );
     }
-    let mut plane = clusters(Plane, count, 0.01, always_stick());
+    let mut plane = clusters::<_, Plane>(count, 0.01, always_stick());
     for (time, number, energy) in [(10.0, 0.852, 0.783), (100.0, 0.383, 0.237)] {
         plane.advance(time, u64::MAX, &mut ()).expect("runs");
         let n = plane.gas().count() as f64 / count as f64;
@@ -702,7 +655,7 @@ fn aggregation_decays_as_measured_elsewhere() {
 #[test]
 fn sticking_ends_with_one_cluster() {
     let count = 3000;
-    let mut engine = clusters(Volume, count, 0.05, always_stick());
+    let mut engine = clusters::<_, Volume>(count, 0.05, always_stick());
     let start = engine.gas().kinetic_energy();
     assert_eq!(
         engine
@@ -728,7 +681,7 @@ fn breaking_closes_the_ledgers() {
     rule.retained = 0.9;
     let contacts = Sticking::new(rule).expect("a rule");
     let count = 5000;
-    let mut engine = clusters(Volume, count, 0.05, contacts);
+    let mut engine = clusters::<_, Volume>(count, 0.05, contacts);
     let start = engine.gas().kinetic_energy();
     engine.advance(200.0, u64::MAX, &mut ()).expect("runs");
     let ledger = engine.contacts().ledger;
@@ -754,17 +707,10 @@ fn breaking_closes_the_ledgers() {
 #[test]
 fn extreme_gases_run() {
     let run = |kinds: &[(f64, f64, usize)], r: f64, until: f64, temperature: fn(u32) -> f64| {
-        let kinds = kinds
-            .iter()
-            .map(|&(radius, mass, count)| SpeciesProperties {
-                radius,
-                mass,
-                count,
-            });
-        let species = Species::new(kinds.collect()).expect("species");
+        let species = species(kinds.iter().copied());
         let count = species.count();
         let gas = HomogeneousGas::maxwellian(
-            scene(Volume, constant(r), species),
+            smooth_particles::<Volume, _>(law(r), species),
             PairCorrelationFactor::Dilute,
             1e3 * PI,
             count,

@@ -1,12 +1,13 @@
 //! Internal tests of strips: windows that go wrong, strips that stay, boundaries that move.
 
-use stosszahl_model::{Constant, EachCollision};
+use stosszahl_model::EachCollision;
+use stosszahl_model::samples::{EqualDisks, law};
 
 use super::*;
-use crate::disk::tests::{Scenery, lattice};
+use crate::disk::tests::lattice;
 use crate::{Buckets, DissipationRule};
 
-type Lattice = EventDrivenEngine<Scenery, Buckets>;
+type Lattice = EventDrivenEngine<EqualDisks, Buckets>;
 
 /// Number of collisions in a window.
 const EACH: f64 = 10_000.0;
@@ -15,7 +16,7 @@ const EACH: f64 = 10_000.0;
 /// column.
 fn cooling(side: u32) -> Lattice {
     let mut elastic = lattice::<Buckets>(side);
-    elastic.scene.restitution = Constant::new(0.8).expect("a coefficient");
+    elastic.scene.restitution = law(0.8);
     let mut start = elastic.checkpoint();
     start.image_flags = vec![[0; 2]; elastic.names.len()];
     let contact_time = DissipationRule::ContactTime(0.1);

@@ -5,12 +5,11 @@ use stosszahl_ed::{
     DiskBoundaries, DissipationRule, EventDrivenEngine, EventDrivenError, Touchable,
 };
 use stosszahl_model::equation_of_state::contact_value;
+use stosszahl_model::samples::grains;
 use stosszahl_model::walls::{ObstacleShape, Wall};
 use stosszahl_model::{Field, Gravity, ParticleModel, Plane, Smooth, State};
 
-use crate::support::{
-    alone, bounces, closed, down, gas, grains, obstacle, rough, vibrates, walled,
-};
+use crate::support::{alone, bounces, closed, down, gas, obstacle, rough, vibrates, walled};
 
 /// Kinetic energy, including that of rotation, and potential energy in the field.
 fn energy<P: ParticleModel<Space = Plane>>(scene: &P, state: &State<P>) -> f64 {
@@ -38,8 +37,8 @@ fn energy_is_conserved_and_no_disk_gets_out() {
     }));
     for tilt in [0.0, 0.4] {
         let field = Gravity::new(vector![tilt, -0.5]).expect("a field");
-        let smooth = energy_drift(&grains(Smooth, 1.0, field), &boundaries);
-        let rough = energy_drift(&grains(rough(1.0), 1.0, field), &boundaries);
+        let smooth = energy_drift(&grains(1.0, 1.0, Smooth, field), &boundaries);
+        let rough = energy_drift(&grains(1.0, 1.0, rough(1.0), field), &boundaries);
         println!("smooth {smooth:e}, rough {rough:e}");
         // A walk of a million steps of some 1e-16 each, over a hundred disks.
         assert!(smooth.abs() < 1e-12 && rough.abs() < 1e-12);
@@ -68,7 +67,7 @@ fn energy_drift<P: ParticleModel<Space = Plane>>(scene: &P, boundaries: &DiskBou
 #[test]
 fn a_bouncing_ball_keeps_its_height() {
     let boundaries = walled([None, Some([Wall::specular(); 2])]);
-    let scene = grains(Smooth, 1.0, down(2.0));
+    let scene = grains(1.0, 1.0, Smooth, down(2.0));
     let state = alone(&boundaries, [5.0, 4.0], [1.0, 1.5], [0.3, 0.0]);
     let mut engine =
         EventDrivenEngine::<_>::between(scene, DissipationRule::Scene, state, &boundaries)
@@ -104,7 +103,7 @@ fn a_ball_comes_to_rest() {
         .expect("a disk"),
     );
     let (weight, contact_time) = (1.5, 1e-3);
-    let scene = grains(Smooth, 0.6, down(weight));
+    let scene = grains(1.0, 0.6, Smooth, down(weight));
     for (at, rest, what) in [
         ([2.0, 0.5], 0.5, Touchable::Wall { axis: 1, side: 0 }),
         ([2.0, 3.0], 0.5, Touchable::Wall { axis: 1, side: 0 }),
@@ -152,7 +151,7 @@ fn a_ball_comes_to_rest() {
 #[test]
 fn disks_settle_in_a_heap() {
     let boundaries = walled([Some([bounces(0.5, 1.0); 2]), Some([bounces(0.5, 1.0); 2])]);
-    let scene = grains(Smooth, 0.5, down(1.0));
+    let scene = grains(1.0, 0.5, Smooth, down(1.0));
     let state = gas(&scene, &boundaries, [6.0, 20.0], 20, 3);
     let mut engine = EventDrivenEngine::<_>::between(
         scene.clone(),
@@ -187,7 +186,7 @@ fn a_vibrated_box_loses_no_event() {
         Some([floor, bounces(0.9, 1.0)]),
     ]);
     for (count, side) in [(60, 10.0), (20, 6.0)] {
-        let scene = grains(Smooth, 0.9, down(1.0));
+        let scene = grains(1.0, 0.9, Smooth, down(1.0));
         let state = gas(&scene, &boundaries, [side, 11.0], count, 4);
         let mut engine = EventDrivenEngine::<_>::between(
             scene,
@@ -250,7 +249,7 @@ fn hydrostatic(temperature: f64, weight: f64, column: f64, height: f64) -> [f64;
 fn a_dilute_gas_has_the_barometric_profile() {
     let boundaries = walled([None, Some([Wall::specular(); 2])]);
     let (width, height, count, weight) = (1500.0, 31.0, 150, 0.2);
-    let scene = grains(Smooth, 1.0, down(weight));
+    let scene = grains(1.0, 1.0, Smooth, down(weight));
     let state = gas(&scene, &boundaries, [width, height], count, 5);
     let mut engine =
         EventDrivenEngine::<_>::between(scene.clone(), DissipationRule::Scene, state, &boundaries)

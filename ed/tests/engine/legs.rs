@@ -2,13 +2,13 @@
 
 use nalgebra::{Vector3, vector};
 use stosszahl_ed::{DiskBoundaries, DissipationRule, resume, simulate};
+use stosszahl_model::samples::{UNIT, disks, law, particles_of};
 use stosszahl_model::walls::Wall;
 use stosszahl_model::{
-    Budget, Constant, EachCollision, Interrupt, Particle, ParticleSpec, ParticleState, Particles,
-    Rebound, Simulation,
+    Budget, EachCollision, Interrupt, ParticleSpec, Particles, Rebound, Simulation,
 };
 
-use crate::support::{self, disks, gas, walled};
+use crate::support::{gas, walled};
 
 /// Gas of disks, and the scene of its engines.
 struct Case {
@@ -20,22 +20,10 @@ struct Case {
 impl Case {
     fn new(count: usize, side: f64, boundaries: DiskBoundaries) -> Self {
         let state = gas(&disks(0.9), &boundaries, [side; 2], count, 3);
-        let particle = |body: &ParticleState<support::Disks>| Particle {
-            position: body.position.push(0.0),
-            velocity: body.velocity.push(0.0),
-            ..Particle::at_rest(0.5, 1.0)
-        };
-        let domain = state.domain;
         Self {
-            grains: ParticleSpec::equal(0.5, 1.0, Constant::new(0.9).expect("a coefficient")),
+            grains: ParticleSpec::equal(0.5, 1.0, law(0.9)),
             boundaries,
-            start: Particles {
-                time: 0.0,
-                dimension: 2,
-                lengths: domain.lengths().push(0.0).into(),
-                periodic: [domain.is_periodic(0), domain.is_periodic(1), true],
-                all: state.bodies.iter().map(particle).collect(),
-            },
+            start: particles_of(&UNIT, &state),
         }
     }
 

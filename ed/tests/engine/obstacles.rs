@@ -2,13 +2,11 @@
 
 use nalgebra::{Vector2, vector};
 use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenEngine};
+use stosszahl_model::samples::{disks, grains, law, species};
 use stosszahl_model::walls::{Obstacle, ObstacleShape, Wall};
-use stosszahl_model::{Rebound, Smooth, SpeciesProperties};
+use stosszahl_model::{Rebound, Scene, Smooth};
 
-use crate::support::{
-    alone, bounces, closed, disks, down, follow_plain, gas, grains, obstacle, of_kinds, rough,
-    walled,
-};
+use crate::support::{alone, bounces, closed, down, follow_plain, gas, obstacle, rough, walled};
 
 /// An obstacle that reaches to the edge of a periodic box stands on the other side too, for disks
 /// that come from there.
@@ -21,7 +19,7 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
     }));
     // Disk against the disk from the left, across the boundary.
     let state = alone(&boundaries, [8.0, 8.0], [6.0, 5.0], [1.0, 0.0]);
-    let scene = grains(Smooth, 1.0, down(0.0));
+    let scene = grains(1.0, 1.0, Smooth, down(0.0));
     let mut engine =
         EventDrivenEngine::<_>::between(scene, DissipationRule::Scene, state, &boundaries)
             .expect("an engine");
@@ -33,7 +31,7 @@ fn obstacles_are_seen_across_the_periodic_boundary() {
     assert_eq!(engine.ledgers()[4].momentum, vector![-2.0, 0.0]);
     // Disk inside the disk, across the boundary.
     let inside = alone(&boundaries, [8.0, 8.0], [7.8, 5.0], [1.0, 0.0]);
-    let scene = grains(Smooth, 1.0, down(0.0));
+    let scene = grains(1.0, 1.0, Smooth, down(0.0));
     let error =
         EventDrivenEngine::<_>::between(scene, DissipationRule::Scene, inside, &boundaries).err();
     let error = error.expect("an overlap").to_string();
@@ -57,7 +55,7 @@ fn nothing_goes_through_a_thin_plate() {
         ],
     }));
     for weight in [0.0, 0.3] {
-        let scene = grains(rough(1.0), 1.0, down(weight));
+        let scene = grains(1.0, 1.0, rough(1.0), down(weight));
         let state = gas(&scene, &boundaries, [16.0, 10.0], 50, 2);
         let height = |at: &Vector2<f64>| {
             let ends = [[0.0, 5.0], [4.0, 6.0], [8.0, 4.5], [16.0, 5.0]];
@@ -115,7 +113,7 @@ fn a_disk_rests_in_a_wedge() {
             [100.002, rest + 0.5],
             [0.0, 0.0],
         );
-        let scene = grains(Smooth, 0.6, down(1.0));
+        let scene = grains(1.0, 0.6, Smooth, down(1.0));
         let mut engine = EventDrivenEngine::<_>::between(
             scene,
             DissipationRule::ContactTime(1e-5),
@@ -185,22 +183,10 @@ fn a_diffuse_obstacle_heats_the_gas() {
 /// gravity have the contacts of all pairs.
 #[test]
 fn very_unequal_disks_find_their_boundaries() {
-    let kinds: Vec<SpeciesProperties> = (0..150)
-        .map(|disk| {
-            let (radius, mass) = if disk < 4 {
-                (1.5, 9.0)
-            } else {
-                (0.05 + 0.001 * f64::from(disk % 10), 0.1)
-            };
-            SpeciesProperties {
-                radius,
-                mass,
-                count: 1,
-            }
-        })
-        .collect();
+    let small = |disk: i32| (0.05 + 0.001 * f64::from(disk % 10), 0.1, 1);
+    let sizes = species([(1.5, 9.0, 4)].into_iter().chain((4..150).map(small)));
     for weight in [0.0, 0.5] {
-        let scene = of_kinds(kinds.clone(), rough(0.5), 0.95, down(weight));
+        let scene = Scene::new(rough(0.5), law(0.95), sizes.clone(), down(weight));
         for axes in [
             [Some([Wall::specular(); 2]), Some([bounces(0.9, 0.5); 2])],
             [None, Some([bounces(0.9, 0.5); 2])],

@@ -2,17 +2,16 @@
 
 use nalgebra::vector;
 use stosszahl_ed::DiskBoundaries;
+use stosszahl_model::samples::{disks, grains};
 use stosszahl_model::walls::{ObstacleShape, Wall};
 use stosszahl_model::{Rebound, Smooth};
 
-use crate::support::{
-    bounces, closed, disks, down, follow_plain, gas, grains, obstacle, rough, vibrates, walled,
-};
+use crate::support::{bounces, closed, down, follow_plain, gas, obstacle, rough, vibrates, walled};
 
 #[test]
 fn rough_disks() {
     for (tangential, restitution) in [(1.0, 1.0), (0.3, 0.8), (-0.5, 0.9)] {
-        let scene = grains(rough(tangential), restitution, down(0.0));
+        let scene = grains(1.0, restitution, rough(tangential), down(0.0));
         let boundaries = DiskBoundaries::periodic();
         let start = gas(&scene, &boundaries, [12.0, 10.0], 50, 1);
         follow_plain(&scene, &boundaries, &start, 150);
@@ -56,7 +55,7 @@ fn walls() {
         let start = gas(&scene, &boundaries, lengths, count, number as u64);
         let rebounds = follow_plain(&scene, &boundaries, &start, 5 * count);
         assert!(rebounds > count / 3, "{rebounds} rebounds");
-        let scene = grains(rough(0.5), 0.9, down(0.0));
+        let scene = grains(1.0, 0.9, rough(0.5), down(0.0));
         let start = gas(&scene, &boundaries, lengths, count, number as u64);
         follow_plain(&scene, &boundaries, &start, 5 * count);
     }
@@ -74,10 +73,10 @@ fn gravity() {
     ];
     for (number, (boundaries, count)) in all.into_iter().enumerate() {
         for weight in [1e-3, 1.0, -2.0] {
-            let scene = grains(Smooth, 0.9, down(weight));
+            let scene = grains(1.0, 0.9, Smooth, down(weight));
             let start = gas(&scene, &boundaries, [9.0, 8.0], count, number as u64);
             follow_plain(&scene, &boundaries, &start, 5 * count);
-            let scene = grains(rough(0.5), 0.9, down(weight));
+            let scene = grains(1.0, 0.9, rough(0.5), down(weight));
             let start = gas(&scene, &boundaries, [9.0, 8.0], count, number as u64);
             follow_plain(&scene, &boundaries, &start, 5 * count);
         }
@@ -120,7 +119,7 @@ fn obstacles() {
         let rebounds = follow_plain(&scene, &boundaries, &start, 150);
         assert!(rebounds > 40, "{rebounds} rebounds");
         for weight in [0.01, 1.0] {
-            let scene = grains(rough(0.2), 0.9, down(weight));
+            let scene = grains(1.0, 0.9, rough(0.2), down(weight));
             let start = gas(&scene, &boundaries, [12.0, 11.0], 30, 3);
             let rebounds = follow_plain(&scene, &boundaries, &start, 150);
             assert!(rebounds > 40, "{rebounds} rebounds");

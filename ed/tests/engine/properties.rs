@@ -6,12 +6,13 @@ use nalgebra::vector;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed, TestCaseError, TestRng, TestRunner};
 use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenCheckpoint, EventDrivenEngine};
+use stosszahl_model::samples::{FallingParticles, grains};
 use stosszahl_model::walls::{Obstacle, ObstacleShape, Wall};
 use stosszahl_model::{Field, Gravity, ParticleModel, Plane, Rebound, Rough, State};
 
-use crate::support::{Grains, follow_plain, gas, grains, rough, vibrates, walled};
+use crate::support::{follow_plain, gas, rough, vibrates, walled};
 
-type Disks = Grains<Rough>;
+type Disks = FallingParticles<Plane, Rough>;
 
 /// Sides of all boxes.
 const SIDES: [f64; 2] = [11.0, 9.0];
@@ -97,7 +98,7 @@ impl Recipe {
             (self.restitution, self.tangential)
         };
         let field = Gravity::new(self.pull.into()).expect("a field");
-        grains(rough(tangential), restitution, field)
+        grains(1.0, restitution, rough(tangential), field)
     }
 
     fn boundaries(&self) -> DiskBoundaries {

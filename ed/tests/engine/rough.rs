@@ -4,11 +4,12 @@ use std::f64::consts::PI;
 
 use stosszahl_ed::{DiskBoundaries, DissipationRule, EventDrivenEngine};
 use stosszahl_model::equation_of_state::contact_value;
-use stosszahl_model::{State, Surface};
+use stosszahl_model::samples::{FallingParticles, grains};
+use stosszahl_model::{Plane, Rough, Smooth, State, Surface};
 
-use crate::support::{Grains, down, gas, grains, rough};
+use crate::support::{down, gas, rough};
 
-type Disks = Grains<stosszahl_model::Rough>;
+type Disks = FallingParticles<Plane, Rough>;
 
 fn start(scene: &Disks, side: f64, count: usize, seed: u64) -> State<Disks> {
     gas(
@@ -32,7 +33,7 @@ fn engine(
 #[test]
 fn energy_and_momentum_are_conserved() {
     for tangential in [-1.0, 1.0] {
-        let scene = grains(rough(tangential), 1.0, down(0.0));
+        let scene = grains(1.0, 1.0, rough(tangential), down(0.0));
         let state = start(&scene, 50.0, 1000, 1);
         let energy =
             |state: &State<Disks>| state.kinetic_energy(&scene) + state.spin_energy(&scene);
@@ -57,7 +58,7 @@ fn energy_and_momentum_are_conserved() {
 /// run for an equal time.
 #[test]
 fn perfectly_rough_disks_return_to_their_start() {
-    let scene = grains(rough(1.0), 1.0, down(0.0));
+    let scene = grains(1.0, 1.0, rough(1.0), down(0.0));
     let begin = start(&scene, 80.0, 2000, 2);
     let mut engine = engine(&scene, DissipationRule::Scene, begin.clone());
     engine
@@ -124,7 +125,7 @@ fn dilute_disks_cool_as_the_two_temperature_theory_says() {
     let density = packing * 4.0 / PI;
     let rate = 4.0 * PI.sqrt() * density * contact_value(packing);
     for (restitution, tangential) in [(0.9, 0.0), (0.9, 0.9), (0.9, -0.8), (0.6, 0.5), (1.0, 0.0)] {
-        let scene = grains(rough(tangential), restitution, down(0.0));
+        let scene = grains(1.0, restitution, rough(tangential), down(0.0));
         // Four collisions a disk at the temperature of the start.
         let until = 8.0 / rate;
         let replicas = 8;
@@ -166,7 +167,7 @@ fn dilute_disks_cool_as_the_two_temperature_theory_says() {
 /// Elastic contacts are smooth too: neither energy is touched.
 #[test]
 fn equilibration_leaves_spins_alone() {
-    let scene = grains(rough(0.3), 0.5, down(0.0));
+    let scene = grains(1.0, 0.5, rough(0.3), down(0.0));
     let state = start(&scene, 20.0, 200, 4);
     let mut engine = engine(&scene, DissipationRule::Elastic, state.clone());
     engine
@@ -183,14 +184,14 @@ fn equilibration_leaves_spins_alone() {
 /// A spin that is no number is refused, and smooth disks store none.
 #[test]
 fn spins_are_checked_and_smooth_disks_have_none() {
-    let scene = grains(rough(0.3), 0.5, down(0.0));
+    let scene = grains(1.0, 0.5, rough(0.3), down(0.0));
     let mut state = start(&scene, 20.0, 20, 4);
     state.bodies[7].spin[0] = f64::NAN;
     let refused =
         EventDrivenEngine::<Disks>::new(scene.clone(), DissipationRule::Scene, state).err();
     let refused = refused.expect("a bad spin").to_string();
     assert!(refused.contains("disk 7"), "{refused}");
-    let smooth = grains(stosszahl_model::Smooth, 0.5, down(0.0));
+    let smooth = grains(1.0, 0.5, Smooth, down(0.0));
     let energy = Surface::<stosszahl_model::Plane>::spin_energy(&smooth.surface, 1.0, 0.5, ());
     assert_eq!(energy, 0.0);
     let state = gas(&smooth, &DiskBoundaries::periodic(), [20.0, 20.0], 20, 4);

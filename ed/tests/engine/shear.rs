@@ -6,13 +6,14 @@ use stosszahl_ed::{
     DiskBoundaries, DissipationRule, EventDrivenEngine, EventDrivenError, plain, resume, simulate,
 };
 use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::samples::{UNIT, law, particles_of, species};
 use stosszahl_model::{
-    Budget, Constant, Domain, Interrupt, Law, Monodisperse, Particle, ParticleModel, ParticleSpec,
-    ParticleState, Particles, PerPair, Plane, Rough, Scene, Shear, Sheared, SizeDistribution,
-    Sizes, Smooth, Species, SpeciesProperties, State, Surface, Viscoelastic,
+    Budget, Domain, Interrupt, Law, Monodisperse, ParticleModel, ParticleSpec, Particles, PerPair,
+    Plane, Rough, Scene, Shear, Sheared, SizeDistribution, Smooth, Species, State, Surface,
+    Viscoelastic,
 };
 
-use crate::support::{Journal, maxwellian};
+use crate::support::{Journal, gas_in};
 
 type ShearedScene<C, Z> = Scene<Plane, C, Law, Z, Sheared>;
 
@@ -20,22 +21,9 @@ fn flow(rate: f64) -> Sheared {
     Sheared::new(rate).expect("a rate")
 }
 
-fn constant(restitution: f64) -> Law {
-    Constant::new(restitution).expect("a coefficient").into()
-}
-
 /// Equal smooth disks of diameter and mass one.
 fn equal(restitution: Law, rate: f64) -> ShearedScene<Smooth, Monodisperse> {
-    Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution,
-        sizes: Monodisperse {
-            radius: 0.5,
-            mass: 1.0,
-        },
-        field: flow(rate),
-    }
+    Scene::new(Smooth, restitution, UNIT, flow(rate))
 }
 
 /// Creates a sheared scene of two species with the given surface.
@@ -45,19 +33,8 @@ fn mixture<C: Surface<Plane>>(
     rate: f64,
     counts: [usize; 2],
 ) -> ShearedScene<C, Species> {
-    let kind = |radius, mass, count| SpeciesProperties {
-        radius,
-        mass,
-        count,
-    };
-    let kinds = vec![kind(0.5, 1.0, counts[0]), kind(0.3, 0.5, counts[1])];
-    Scene {
-        space: Plane,
-        surface,
-        restitution,
-        sizes: Species::new(kinds).expect("species"),
-        field: flow(rate),
-    }
+    let sizes = species([(0.5, 1.0, counts[0]), (0.3, 0.5, counts[1])]);
+    Scene::new(surface, restitution, sizes, flow(rate))
 }
 
 /// Disks at random places of a box whose images are displaced, without total momentum.
@@ -69,8 +46,7 @@ fn gas<P: ParticleModel<Space = Plane>>(
     seed: u64,
 ) -> State<P> {
     let mut shear = Shear::new(rate).expect("a rate");
-    let streams = Streams::new(seed, 0);
-    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
+    let mut stream = Streams::new(seed, 0).stream_at(Purpose::Placement, [1, 0]);
     // The first seed is for a start with boxes above each other.
     shear.offset = if seed == 0 {
         0.0
@@ -81,24 +57,7 @@ fn gas<P: ParticleModel<Space = Plane>>(
         .expect("a box")
         .sheared(Some(shear))
         .expect("a flow");
-    let sizes = scene.sizes();
-    let radius = |disk: usize| sizes.radius(sizes.tag_of(disk));
-    let mut bodies: Vec<ParticleState<P>> = Vec::new();
-    while bodies.len() < count {
-        let at = vector![stream.random::<f64>(), stream.random::<f64>()].component_mul(&lengths);
-        let new = radius(bodies.len());
-        let is_free = bodies
-            .iter()
-            .enumerate()
-            .all(|(disk, body)| domain.distance(body.position, at) > 1.001 * (radius(disk) + new));
-        if is_free {
-            let mut body = ParticleState::new(at, Vector2::zeros());
-            let mass = sizes.mass(sizes.tag_of(bodies.len()));
-            body.spin = scene.surface().thermal_spin(1.0, mass, new, &mut stream);
-            bodies.push(body);
-        }
-    }
-    maxwellian(scene, domain, bodies, streams)
+    gas_in(scene, domain, count, seed, |_, _| true)
 }
 
 /// Compares the engine with all pairs: the collisions must be the same at the same times, and so
@@ -157,9 +116,9 @@ fn follow_plain<P: ParticleModel<Space = Plane>>(
 fn all_pairs_have_the_same_collisions() {
     let laws = || {
         let viscoelastic = Law::from(Viscoelastic::new(0.3).expect("a law"));
-        let pairs = vec![constant(0.9), constant(0.6), constant(0.6), constant(0.75)];
+        let pairs = vec![law(0.9), law(0.6), law(0.6), law(0.75)];
         let pairs = Law::from(PerPair::new(2, pairs).expect("laws"));
-        [constant(1.0), constant(0.8), viscoelastic, pairs]
+        [law(1.0), law(0.8), viscoelastic, pairs]
     };
     let boxes = [
         (vector![12.0, 9.0], 40, 120),
@@ -202,7 +161,7 @@ fn all_pairs_have_the_same_collisions() {
 fn the_energy_balance_closes() {
     for (rate, restitution) in [(0.4, 0.8), (-1.0, 0.9)] {
         let rough = Rough::new(0.2, 0.5).expect("a surface");
-        let scene = mixture(rough, constant(restitution), rate, [300, 300]);
+        let scene = mixture(rough, law(restitution), rate, [300, 300]);
         let start = gas(&scene, rate, vector![45.0, 30.0], 600, 3);
         let engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, start);
         let mut engine = engine.expect("an engine");
@@ -229,26 +188,15 @@ fn the_energy_balance_closes() {
 }
 
 fn particles(count: usize) -> Particles {
-    let scene = equal(constant(1.0), 1.0);
+    let scene = equal(law(1.0), 1.0);
     let state = gas(&scene, 1.0, vector![40.0, 30.0], count, 0);
-    let particle = |body: &ParticleState<ShearedScene<Smooth, Monodisperse>>| Particle {
-        position: body.position.push(0.0),
-        velocity: body.velocity.push(0.0),
-        ..Particle::at_rest(0.5, 1.0)
-    };
-    Particles {
-        time: 0.0,
-        dimension: 2,
-        lengths: [40.0, 30.0, 0.0],
-        periodic: [true; 3],
-        all: state.bodies.iter().map(particle).collect(),
-    }
+    particles_of(&UNIT, &state)
 }
 
 fn grains(rate: f64) -> ParticleSpec {
     ParticleSpec {
         shear_rate: Some(rate),
-        ..ParticleSpec::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"))
+        ..ParticleSpec::equal(0.5, 1.0, law(0.8))
     }
 }
 
@@ -336,13 +284,10 @@ fn flows_that_cannot_be_are_refused() {
             .contains("gravity")
     );
     let mut each = grains(1.0);
-    each.sizes = SizeDistribution::Equal(Monodisperse {
-        radius: 0.5,
-        mass: 1.0,
-    });
+    each.sizes = SizeDistribution::Equal(UNIT);
     run(&each).expect("a gas");
     // The box of a flow with another shear rate.
-    let scene = equal(constant(1.0), 1.0);
+    let scene = equal(law(1.0), 1.0);
     let state = gas(&scene, 2.0, vector![9.0, 9.0], 5, 1);
     let error = EventDrivenEngine::<_>::new(scene, DissipationRule::Scene, state).err();
     assert!(

@@ -1,19 +1,19 @@
 //! One gas on many threads has the bytes of one engine, for any gas and any strips.
 
-use nalgebra::{Vector2, vector};
+use nalgebra::vector;
 use rand::RngExt;
 use stosszahl_ed::{
     DiskBoundaries, DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, StripSettings,
     StripedEngine, simulate,
 };
 use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::samples::{UNIT, disks, grains, law, maxwellian, particles_of};
 use stosszahl_model::walls::{ObstacleShape, Wall};
 use stosszahl_model::{
-    Budget, Collision, Constant, EachCollision, Interrupt, Particle, ParticleModel, ParticleSpec,
-    ParticleState, Particles, Plane, Rebound, State,
+    Budget, Collision, EachCollision, Interrupt, ParticleModel, ParticleSpec, Plane, Rebound, State,
 };
 
-use crate::support::{bounces, disks, down, grains, maxwellian, obstacle, rough, vibrates, walled};
+use crate::support::{bounces, down, obstacle, rough, vibrates, walled};
 
 /// Creates a gas of this many unit disks, at least, on a jittered lattice, without those that
 /// overlap obstacles; as wide as it is high over `aspect`.
@@ -33,10 +33,9 @@ fn lattice<P: ParticleModel<Space = Plane>>(
         rows as f64 * spacing * 0.75_f64.sqrt()
     ];
     let domain = boundaries.walls.domain(lengths).expect("a box");
-    let streams = Streams::new(1, 0);
-    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
+    let mut stream = Streams::new(1, 0).stream_at(Purpose::Placement, [0, 0]);
     let jitter = 0.45 * (spacing - 1.0);
-    let mut bodies = Vec::new();
+    let mut positions = Vec::new();
     for row in 0..rows {
         for column in 0..columns {
             let shift = if row % 2 == 0 { 0.25 } else { 0.75 };
@@ -50,11 +49,11 @@ fn lattice<P: ParticleModel<Space = Plane>>(
             });
             let free = (boundaries.obstacles.iter()).all(|one| !one.overlaps(at, 0.5, 0.0));
             if inside && free {
-                bodies.push(ParticleState::new(at, Vector2::zeros()));
+                positions.push(at);
             }
         }
     }
-    maxwellian(scene, domain, bodies, streams)
+    maxwellian(scene, domain, positions, 1.0, 1)
 }
 
 /// Result of a run: its checkpoint, and all its collisions.
@@ -180,19 +179,8 @@ fn a_simulation_on_two_threads() {
     let scene = disks(0.8);
     let boundaries = DiskBoundaries::periodic();
     let state = lattice(&scene, &boundaries, 40_000, 0.3, 1.0);
-    let grains = ParticleSpec::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
-    let particle = |body: &ParticleState<crate::support::Disks>| Particle {
-        position: body.position.push(0.0),
-        velocity: body.velocity.push(0.0),
-        ..Particle::at_rest(0.5, 1.0)
-    };
-    let start = Particles {
-        time: 0.0,
-        dimension: 2,
-        lengths: state.domain.lengths().push(0.0).into(),
-        periodic: [true; 3],
-        all: state.bodies.iter().map(particle).collect(),
-    };
+    let grains = ParticleSpec::equal(0.5, 1.0, law(0.8));
+    let start = particles_of(&UNIT, &state);
     let [alone, shared] = [1, 2].map(|threads| {
         let mut gas =
             simulate(&grains, DissipationRule::Scene, &boundaries, &start).expect("an engine");
@@ -246,7 +234,7 @@ fn walls_obstacles_gravity_and_spin() {
         }),
     ];
     let legs = [(FOREVER, 20_000), (FOREVER, 20_001), (FOREVER, 20_000)];
-    let scene = grains(rough(0.4), 0.9, down(0.01));
+    let scene = grains(1.0, 0.9, rough(0.4), down(0.01));
     let start = lattice(&scene, &channel, 12_000, 0.25, 1.5);
     compare(
         "channel",

@@ -7,59 +7,9 @@ use stosszahl_model::initial;
 use stosszahl_model::random::{Purpose, Streams};
 use stosszahl_model::walls::{Face, Obstacle, ObstacleShape, Vibration, Wall, Walls};
 use stosszahl_model::{
-    Collision, Constant, Domain, Free, Gravity, Law, Monodisperse, Observer, ParticleModel,
-    ParticleState, Plane, Rebound, Rough, Scene, Sizes, Smooth, Species, SpeciesProperties, State,
-    Surface,
+    Collision, Domain, Gravity, Observer, ParticleModel, Plane, Rebound, Rough, Sizes, State,
+    samples,
 };
-
-/// Disks and particles with the types that programs use which read cases: an engine takes seconds
-/// to compile, so all tests share a few.
-pub type Disks = Scene<Plane, Smooth, Law, Monodisperse, Free>;
-pub type Grains<C> = Scene<Plane, C, Law, Species, Gravity<Plane>>;
-
-/// Creates smooth disks of diameter and mass one.
-pub fn disks(restitution: f64) -> Disks {
-    Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: law(restitution),
-        sizes: Monodisperse {
-            radius: 0.5,
-            mass: 1.0,
-        },
-        field: Free,
-    }
-}
-
-/// Creates particles of diameter and mass one, any number, that fall.
-pub fn grains<C: Surface<Plane>>(surface: C, restitution: f64, field: Gravity<Plane>) -> Grains<C> {
-    let kind = SpeciesProperties {
-        radius: 0.5,
-        mass: 1.0,
-        count: u32::MAX as usize,
-    };
-    of_kinds(vec![kind], surface, restitution, field)
-}
-
-/// Creates particles of several kinds that fall.
-pub fn of_kinds<C: Surface<Plane>>(
-    kinds: Vec<SpeciesProperties>,
-    surface: C,
-    restitution: f64,
-    field: Gravity<Plane>,
-) -> Grains<C> {
-    Scene {
-        space: Plane,
-        surface,
-        restitution: law(restitution),
-        sizes: Species::new(kinds).expect("species"),
-        field,
-    }
-}
-
-fn law(restitution: f64) -> Law {
-    Constant::new(restitution).expect("a coefficient").into()
-}
 
 pub fn rough(tangential: f64) -> Rough {
     Rough::new(tangential, 0.5).expect("a surface")
@@ -111,11 +61,8 @@ pub fn alone<P: ParticleModel<Space = Plane>>(
     at: [f64; 2],
     velocity: [f64; 2],
 ) -> State<P> {
-    State {
-        time: 0.0,
-        domain: boundaries.walls.domain(lengths.into()).expect("a box"),
-        bodies: vec![ParticleState::new(at.into(), velocity.into())],
-    }
+    let domain = boundaries.walls.domain(lengths.into()).expect("a box");
+    samples::state(domain, [(at.into(), velocity.into())])
 }
 
 /// Creates a Maxwellian gas at random positions without overlap.
@@ -127,76 +74,61 @@ pub fn gas<P: ParticleModel<Space = Plane>>(
     seed: u64,
 ) -> State<P> {
     let domain = boundaries.walls.domain(lengths.into()).expect("a box");
-    let streams = Streams::new(seed, 0);
-    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
-    let sizes = scene.sizes();
-    let mut bodies: Vec<ParticleState<P>> = Vec::new();
+    let is_free = |at: Vector2<f64>, radius: f64| {
+        let walls = (0..4).all(|face| {
+            let (axis, side) = (face / 2, face % 2);
+            let above = if side == 0 {
+                at[axis]
+            } else {
+                lengths[axis] - at[axis]
+            };
+            let wall = boundaries.walls.wall(axis, side);
+            let reach = |wall: &Wall<Plane>| wall.vibration.map_or(0.0, |v| v.amplitude());
+            wall.is_none_or(|wall| above > radius + reach(wall))
+        });
+        let steps = [-1.0, 0.0, 1.0];
+        let clear = |obstacle: &Obstacle| {
+            steps.iter().all(|&right| {
+                steps.iter().all(|&up| {
+                    let image = at + vector![right * lengths[0], up * lengths[1]];
+                    !obstacle.overlaps(image, radius, 0.0)
+                })
+            })
+        };
+        walls && boundaries.obstacles.iter().all(clear)
+    };
+    gas_in(scene, domain, count, seed, is_free)
+}
+
+/// Creates a Maxwellian gas at random positions without overlap, where `is_free` allows a disk of a
+/// radius.
+pub fn gas_in<P: ParticleModel<Space = Plane>>(
+    scene: &P,
+    domain: Domain<Plane>,
+    count: usize,
+    seed: u64,
+    is_free: impl Fn(Vector2<f64>, f64) -> bool,
+) -> State<P> {
+    let stream = |purpose| Streams::new(seed, 0).stream_at(purpose, [0, 0]);
+    let mut places = stream(Purpose::Placement);
+    let (sizes, lengths) = (scene.sizes(), domain.lengths());
+    let radius = |disk: usize| sizes.radius(sizes.tag_of(disk));
+    let mut positions: Vec<Vector2<f64>> = Vec::new();
     for disk in 0..count {
-        let radius = sizes.radius(sizes.tag_of(disk));
         let free = |at: &Vector2<f64>| {
             let apart = |other: usize| {
-                let distance = radius + sizes.radius(sizes.tag_of(other));
-                domain.distance(*at, bodies[other].position) > distance
+                domain.distance(*at, positions[other]) > radius(disk) + radius(other)
             };
-            let walls = (0..4).all(|face| {
-                let (axis, side) = (face / 2, face % 2);
-                let above = if side == 0 {
-                    at[axis]
-                } else {
-                    lengths[axis] - at[axis]
-                };
-                let wall = boundaries.walls.wall(axis, side);
-                let reach = |wall: &Wall<Plane>| wall.vibration.map_or(0.0, |v| v.amplitude());
-                wall.is_none_or(|wall| above > radius + reach(wall))
-            });
-            let steps = [-1.0, 0.0, 1.0];
-            let clear = |obstacle: &Obstacle| {
-                steps.iter().all(|&right| {
-                    steps.iter().all(|&up| {
-                        let image = at + vector![right * lengths[0], up * lengths[1]];
-                        !obstacle.overlaps(image, radius, 0.0)
-                    })
-                })
-            };
-            walls && boundaries.obstacles.iter().all(clear) && (0..bodies.len()).all(apart)
+            is_free(*at, radius(disk)) && (0..disk).all(apart)
         };
-        let mut place = || {
-            vector![
-                lengths[0] * stream.random::<f64>(),
-                lengths[1] * stream.random::<f64>()
-            ]
-        };
-        let at = std::iter::repeat_with(&mut place)
+        let at = std::iter::repeat_with(|| lengths.map(|side| side * places.random::<f64>()))
             .take(1_000_000)
             .find(free)
             .expect("a free place");
-        bodies.push(ParticleState::new(at, Vector2::zeros()));
+        positions.push(at);
     }
-    let mut state = maxwellian(scene, domain, bodies, streams);
-    for disk in 0..count {
-        let tag = sizes.tag_of(disk);
-        let mut stream = streams.stream_at(Purpose::Spins, [0, disk as u64]);
-        let spin =
-            (scene.surface()).thermal_spin(1.0, sizes.mass(tag), sizes.radius(tag), &mut stream);
-        state.bodies[disk].spin = spin;
-    }
-    state
-}
-
-/// State of bodies with velocities at temperature 1.
-pub fn maxwellian<P: ParticleModel<Space = Plane>>(
-    scene: &P,
-    domain: Domain<Plane>,
-    bodies: Vec<ParticleState<P>>,
-    streams: Streams,
-) -> State<P> {
-    let mut state = State {
-        time: 0.0,
-        domain,
-        bodies,
-    };
-    let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
-    initial::maxwellian(scene, &mut state, 1.0, &mut stream);
+    let mut state = samples::maxwellian(scene, domain, positions, 1.0, seed);
+    initial::thermal_spins(scene, &mut state, 1.0, &mut stream(Purpose::Spins));
     state
 }
 

@@ -6,12 +6,11 @@ use stosszahl_ed::{
     Touchable,
 };
 use stosszahl_model::equation_of_state::contact_value;
+use stosszahl_model::samples::{EqualDisks, disks, grains};
 use stosszahl_model::walls::{Face, ObstacleShape, Vibration, Wall, WallLedger, Walls};
-use stosszahl_model::{Domain, ParticleModel, ParticleState, Plane, Rebound, State};
+use stosszahl_model::{Domain, ParticleModel, ParticleState, Plane, Rebound, State, samples};
 
-use crate::support::{
-    Disks, alone, bounces, closed, disks, down, gas, grains, obstacle, rough, vibrates, walled,
-};
+use crate::support::{alone, bounces, closed, down, gas, obstacle, rough, vibrates, walled};
 
 fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
@@ -87,7 +86,7 @@ fn pressure_on_walls_is_that_of_the_bulk() {
                 engine
                     .advance(engine.time() + span / 20.0, u64::MAX, &mut ())
                     .expect("collisions");
-                let middle = |body: &&ParticleState<Disks>| {
+                let middle = |body: &&ParticleState<EqualDisks>| {
                     (body.position[1] / height - 0.5).abs() < 1.0 / 6.0
                 };
                 inside += engine.state().bodies.iter().filter(middle).count();
@@ -121,7 +120,7 @@ fn diffuse_walls_give_their_temperature() {
         ..Wall::still(Rebound::Diffuse { temperature: 1.0 })
     };
     let boundaries = walled([None, Some([wall; 2])]);
-    let scene = grains(rough(1.0), 1.0, down(0.0));
+    let scene = grains(1.0, 1.0, rough(1.0), down(0.0));
     let mut state = gas(&scene, &boundaries, [30.0, 12.0], 100, 3);
     for body in &mut state.bodies {
         body.velocity *= 3.0_f64.sqrt();
@@ -175,7 +174,7 @@ fn starting_afresh_is_a_cut() {
         centre: vector![1.0, 5.0],
         radius: 0.8,
     }));
-    let scene = grains(rough(0.4), 0.9, down(0.3));
+    let scene = grains(1.0, 0.9, rough(0.4), down(0.3));
     let (count, collisions) = (40, 130_000);
     let mut start = EventDrivenCheckpoint::from(gas(&scene, &boundaries, [12.0, 9.0], count, 4));
     start.state.time = 1e3;
@@ -506,19 +505,9 @@ fn vibrations_keep_their_phase() {
 fn collapse_against_a_wall_is_told() {
     let boundaries = walled([Some([bounces(0.1, 1.0); 2]), None]);
     let scene = disks(0.1);
-    let bodies = (0..4)
-        .map(|disk| {
-            ParticleState::new(
-                vector![1.0 + 1.5 * f64::from(disk), 2.0],
-                vector![-f64::from(disk), 0.0],
-            )
-        })
-        .collect();
-    let state = State {
-        time: 0.0,
-        domain: boundaries.walls.domain(vector![20.0, 4.0]).expect("a box"),
-        bodies,
-    };
+    let domain = boundaries.walls.domain(vector![20.0, 4.0]).expect("a box");
+    let body = |disk: f64| (vector![1.0 + 1.5 * disk, 2.0], vector![-disk, 0.0]);
+    let state = samples::state(domain, [0.0, 1.0, 2.0, 3.0].map(body));
     let new = |dissipation| {
         EventDrivenEngine::<_>::between(scene.clone(), dissipation, state.clone(), &boundaries)
             .expect("an engine")

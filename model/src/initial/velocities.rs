@@ -260,8 +260,15 @@ pub fn thermal_spins<P: ParticleModel>(
 mod tests {
     use super::*;
     use crate::random::{Purpose, Streams};
-    use crate::{Constant, Domain, Free, ParticleState, Plane, Polydisperse, Rough, Scene, Smooth};
-    use nalgebra::vector;
+    use crate::samples::{self, DiskMixture};
+    use crate::{Constant, Domain, Free, Plane, Polydisperse, Rough, Scene};
+    use nalgebra::{Vector2, vector};
+
+    /// Creates particles that all rest at the origin of a box.
+    fn at_rest<P: ParticleModel<Space = Plane>>(count: usize) -> State<P> {
+        let domain = Domain::periodic(vector![100.0, 100.0]).expect("positive");
+        samples::state(domain, vec![(Vector2::zeros(), Vector2::zeros()); count])
+    }
 
     /// Fourth cumulants of 200 samples of 2000 velocities: their mean lies within 4.4 of its
     /// measured standard errors of the requested value, which 10 tests fail once in 10^4 times by
@@ -319,19 +326,10 @@ mod tests {
             (999, -0.5),
         ] {
             let size = |i: usize| (0.5 + (i % 3) as f64, 1.0 + (i % 7) as f64);
-            let scene = Scene {
-                space: Plane,
-                surface: Rough::new(0.5, 0.5).expect("a surface"),
-                restitution: Constant::new(1.0).expect("a coefficient"),
-                sizes: Polydisperse::new((0..count.max(1)).map(size).collect()).expect("positive"),
-                field: Free,
-            };
-            let at_rest = ParticleState::new(vector![0.0, 0.0], vector![0.0, 0.0]);
-            let mut state = State {
-                time: 0.0,
-                domain: Domain::periodic(vector![100.0, 100.0]).expect("positive"),
-                bodies: vec![at_rest; count],
-            };
+            let sizes = Polydisperse::new((0..count.max(1)).map(size).collect()).expect("positive");
+            let surface = Rough::new(0.5, 0.5).expect("a surface");
+            let scene = Scene::new(surface, Constant::ELASTIC, sizes, Free);
+            let mut state = at_rest(count);
             let law = VelocityDistribution::new(2, a2).expect("a distribution");
             draw_velocities(
                 &scene,
@@ -341,7 +339,7 @@ mod tests {
                 &mut stream(Purpose::Velocities),
             );
             thermal_spins(&scene, &mut state, 1.5, &mut stream(Purpose::Spins));
-            let mut found = vec![at_rest; count];
+            let mut found = at_rest(count).bodies;
             let begin = || stream(Purpose::Velocities);
             visit_drawn_velocities(&scene, count, 2.5, law, begin, &mut |index, velocity| {
                 found[index].velocity = velocity;
@@ -359,25 +357,9 @@ mod tests {
     #[test]
     fn momentum_vanishes_and_temperature_is_exact() {
         let count = 1000;
-        let sizes = (0..count).map(|i| (0.5, 1.0 + f64::from(i % 7))).collect();
-        let scene = Scene {
-            space: Plane,
-            surface: Smooth,
-            restitution: Constant::new(1.0).expect("a coefficient"),
-            sizes: Polydisperse::new(sizes).expect("positive"),
-            field: Free,
-        };
-        let mut state = State {
-            time: 0.0,
-            domain: Domain::periodic(vector![100.0, 100.0]).expect("positive"),
-            bodies: vec![ParticleState::new(vector![0.0, 0.0], vector![0.0, 0.0]); count as usize],
-        };
-        maxwellian(
-            &scene,
-            &mut state,
-            2.5,
-            &mut Streams::new(1, 0).stream_at(Purpose::Velocities, [0, 0]),
-        );
+        let scene = samples::mixture(1.0, (0..count).map(|i| (0.5, 1.0 + (i % 7) as f64)));
+        let (State { domain, .. }, origin) = (at_rest::<DiskMixture>(0), Vector2::zeros());
+        let mut state = samples::maxwellian(&scene, domain, vec![origin; count], 2.5, 1);
         assert!(state.momentum(&scene).square().sqrt() < 1e-12);
         assert!((state.temperature(&scene) / 2.5 - 1.0).abs() < 1e-14);
         thermal_spins(
@@ -387,19 +369,9 @@ mod tests {
             &mut Streams::new(1, 0).stream_at(Purpose::Spins, [0, 0]),
         );
         assert_eq!(state.spin_energy(&scene), 0.0);
-        let rough = Scene {
-            space: Plane,
-            surface: Rough::new(0.5, 0.5).expect("a surface"),
-            restitution: Constant::new(1.0).expect("a coefficient"),
-            sizes: scene.sizes.clone(),
-            field: Free,
-        };
-        let at_rest = ParticleState::new(vector![0.0, 0.0], vector![0.0, 0.0]);
-        let mut spinning = State {
-            time: 0.0,
-            domain: state.domain,
-            bodies: vec![at_rest; count as usize],
-        };
+        let surface = Rough::new(0.5, 0.5).expect("a surface");
+        let rough = Scene::new(surface, Constant::ELASTIC, scene.sizes.clone(), Free);
+        let mut spinning = at_rest(count);
         thermal_spins(
             &rough,
             &mut spinning,

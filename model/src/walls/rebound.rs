@@ -143,22 +143,14 @@ impl<S: Space> WallLedger<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Constant, Free, Monodisperse, Plane, Rough, Scene, Smooth, Volume};
+    use crate::samples::{FallingParticles, grains, no_gravity};
+    use crate::{Plane, Rough, Smooth, Volume};
     use nalgebra::{SVector, vector};
     use rand::SeedableRng;
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    fn scene<S: Space, C: Surface<S>>(surface: C) -> Scene<S, C, Constant, Monodisperse, Free> {
-        Scene {
-            space: S::default(),
-            surface,
-            restitution: Constant::new(1.0).expect("a coefficient"),
-            sizes: Monodisperse {
-                radius: 0.5,
-                mass: 2.0,
-            },
-            field: Free,
-        }
+    fn scene<S: Space, C: Surface<S>>(surface: C) -> FallingParticles<S, C> {
+        grains(1.0, 1.0, surface, no_gravity())
     }
 
     fn no_numbers() -> Xoshiro256PlusPlus {
