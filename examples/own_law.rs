@@ -3,9 +3,8 @@
 #![allow(clippy::print_stdout)]
 
 use stosszahl::ed::{DissipationRule, EventDrivenEngine};
-use stosszahl::model::{
-    Domain, Free, Monodisperse, ParticleState, Plane, Restitution, Scene, Smooth, State,
-};
+use stosszahl::model::samples::{self, UNIT};
+use stosszahl::model::{Domain, Free, Restitution, Scene, Smooth};
 use stosszahl::prelude::*;
 
 /// Restitution that is 1 below a threshold of the approach speed and lower above it.
@@ -27,28 +26,15 @@ impl Restitution for Threshold {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let gas = Gas::disks(1000).packing_fraction(0.1).build()?;
-    let scene = Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: Threshold {
-            speed: 0.5,
-            above: 0.8,
-        },
-        sizes: Monodisperse {
-            radius: 0.5,
-            mass: 1.0,
-        },
-        field: Free,
+    let law = Threshold {
+        speed: 0.5,
+        above: 0.8,
     };
+    let scene = Scene::new(Smooth, law, UNIT, Free);
     let [x, y, _] = gas.particles.lengths;
     let bodies = gas.particles.all.iter();
-    let state = State {
-        time: 0.0,
-        domain: Domain::periodic([x, y].into())?,
-        bodies: bodies
-            .map(|one| ParticleState::new(one.position.xy(), one.velocity.xy()))
-            .collect(),
-    };
+    let bodies = bodies.map(|one| (one.position.xy(), one.velocity.xy()));
+    let state = samples::state(Domain::periodic([x, y].into())?, bodies);
     let mut engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, state)?;
     for time in [10.0, 100.0, 1000.0] {
         engine.advance(time, u64::MAX, &mut ())?;

@@ -4,16 +4,19 @@
 
 #![allow(clippy::missing_panics_doc, reason = "said once, at the top")]
 
+use rand::RngExt;
+
 use crate::domain::Domain;
 use crate::field::{Free, Gravity};
-use crate::initial;
+use crate::initial::{self, Arrangement, PlacementError};
+use crate::interrupt::Interrupt;
 use crate::particle::Particle;
 use crate::physics::{ParticleModel, Scene, VectorOf};
 use crate::random::{Purpose, Streams};
 use crate::restitution::{Constant, Law};
 use crate::simulation::Particles;
 use crate::sizes::{Monodisperse, Polydisperse, Sizes};
-use crate::space::{Plane, Space, Vector};
+use crate::space::{Plane, Space, Vector, Volume};
 use crate::species::{Species, SpeciesProperties};
 use crate::state::{ParticleState, State};
 use crate::surface::{Smooth, Surface};
@@ -27,6 +30,8 @@ pub type EqualDisks = SmoothParticles<Plane>;
 pub type DiskMixture = SmoothParticles<Plane, Polydisperse>;
 /// Particles of one or several species under gravity, with the contact law that programs have.
 pub type FallingParticles<S, C> = Scene<S, C, Law, Species, Gravity<S>>;
+/// Smooth hard disks of one or several species under gravity.
+pub type FallingDisks = FallingParticles<Plane, Smooth>;
 
 /// Size of unit particles: diameter and mass one.
 pub const UNIT: Monodisperse = Monodisperse {
@@ -89,6 +94,12 @@ pub fn no_gravity<S: Space>() -> Gravity<S> {
     Gravity::new(S::from_components(|_| 0.0)).expect("finite")
 }
 
+/// Creates the periodic square in which `count` unit disks have the given packing fraction.
+pub fn square(count: usize, packing_fraction: f64) -> Domain<Plane> {
+    let area = count as f64 * Plane::particle_volume(UNIT.radius) / packing_fraction;
+    Domain::periodic(Plane::from_components(|_| area.sqrt())).expect("a box")
+}
+
 /// Creates a state at time zero from positions and velocities of particles without spin.
 pub fn state<P: ParticleModel>(
     domain: Domain<P::Space>,
@@ -118,6 +129,54 @@ pub fn maxwellian<P: ParticleModel>(
     let mut stream = Streams::new(seed, 0).stream_at(Purpose::Velocities, [0, 0]);
     initial::maxwellian(scene, &mut state, temperature, &mut stream);
     state
+}
+
+/// Creates an ideal gas: uniform random positions in a box without its margins \[length\], where
+/// particles may overlap, and [`maxwellian`] velocities.
+pub fn ideal_gas<P: ParticleModel>(
+    scene: &P,
+    domain: Domain<P::Space>,
+    margin: f64,
+    count: usize,
+    temperature: f64,
+    seed: u64,
+) -> State<P> {
+    let mut stream = Streams::new(seed, 0).stream_at(Purpose::Placement, [0, 0]);
+    let lengths = domain.lengths();
+    let positions = (0..count).map(|_| {
+        P::Space::from_components(|axis| {
+            margin + (lengths[axis] - 2.0 * margin) * stream.random::<f64>()
+        })
+    });
+    maxwellian(scene, domain, positions, temperature, seed)
+}
+
+/// Creates an [`ideal_gas`] of unit particles at temperature one in a periodic square or cube.
+pub fn ideal_particles(dimension: usize, side: f64, count: usize, seed: u64) -> Particles {
+    fn particles<S: Space>(side: f64, count: usize, seed: u64) -> Particles {
+        let domain = Domain::periodic(S::from_components(|_| side)).expect("a box");
+        let state = ideal_gas(&equal::<S>(1.0), domain, 0.0, count, 1.0, seed);
+        particles_of(&UNIT, &state)
+    }
+    match dimension {
+        2 => particles::<Plane>(side, count, seed),
+        _ => particles::<Volume>(side, count, seed),
+    }
+}
+
+/// Creates a gas of unit disks without overlap, at temperature one.
+///
+/// # Errors
+/// As [`initial::place_disks`].
+pub fn placed_disks(
+    arrangement: Arrangement,
+    count: usize,
+    domain: Domain<Plane>,
+    seed: u64,
+) -> Result<State<EqualDisks>, PlacementError> {
+    let (streams, never) = (Streams::new(seed, 0), Interrupt::default());
+    let placed = initial::place_disks(arrangement, count, 1.0, &domain, &streams, &never)?;
+    Ok(maxwellian(&disks(1.0), domain, placed.positions, 1.0, seed))
 }
 
 /// Converts a state of smooth particles to the list that all engines share.

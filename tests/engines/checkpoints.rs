@@ -8,10 +8,11 @@ use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 use stosszahl::ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine};
 use stosszahl::model::initial::{self, Arrangement};
+use stosszahl::model::samples::{EqualDisks, disks};
 use stosszahl::model::snapshot::{self, SnapshotError};
 
 use crate::damage::{clear, fuzz};
-use crate::support::{Disks, disks, gas};
+use crate::support::gas;
 
 const RUN: snapshot::Fingerprint = [3; 32];
 
@@ -44,7 +45,7 @@ fn damaged_checkpoints() {
     let path = folder.path().join("checkpoint");
     fuzz(3000, &valid, |bytes| {
         fs::write(&path, bytes).expect("written");
-        match snapshot::read_snapshot::<EventDrivenCheckpoint<Disks>>(&path, &RUN) {
+        match snapshot::read_snapshot::<EventDrivenCheckpoint<EqualDisks>>(&path, &RUN) {
             Err(error @ (SnapshotError::Damaged { .. } | SnapshotError::Foreign { .. })) => {
                 clear(&error.to_string(), &path)
             }
@@ -78,7 +79,7 @@ fn wrong_checkpoints() {
         bytes.extend_from_slice(blake3::hash(payload).as_bytes());
         bytes.extend_from_slice(payload);
         fs::write(&path, bytes).expect("written");
-        match snapshot::read_snapshot::<EventDrivenCheckpoint<Disks>>(&path, &RUN) {
+        match snapshot::read_snapshot::<EventDrivenCheckpoint<EqualDisks>>(&path, &RUN) {
             Err(error) => clear(&error.to_string(), &path),
             Ok(checkpoint) => {
                 // States that the engine does not refuse, see `EventDrivenEngine::new`, are left

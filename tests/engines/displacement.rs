@@ -6,19 +6,21 @@ use stosszahl_dsmc::{
     DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme, SimulatorStart, Tracked,
 };
 use stosszahl_ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine as EventDriven};
+use stosszahl_model::equation_of_state;
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{Domain, ParticleState, State, equation_of_state};
+use stosszahl_model::samples::{EqualDisks, FallingDisks, disks};
+use stosszahl_model::{Domain, State, samples};
 use stosszahl_theory::{cooling, diffusion};
 
-use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds, mean_and_error};
+use crate::support::{as_kinds, gas, kinds, mean_and_error};
 
 /// Creates equal disks as one species.
-fn equal(restitution: f64, count: usize) -> Kinds {
+fn equal(restitution: f64, count: usize) -> FallingDisks {
     kinds(restitution, [(0.5, 1.0, count)])
 }
 
-fn tracked(state: State<Disks>) -> EventDrivenCheckpoint<Disks> {
+fn tracked(state: State<EqualDisks>) -> EventDrivenCheckpoint<EqualDisks> {
     let image_flags = vec![[0; 2]; state.bodies.len()];
     EventDrivenCheckpoint {
         image_flags,
@@ -27,7 +29,7 @@ fn tracked(state: State<Disks>) -> EventDrivenCheckpoint<Disks> {
 }
 
 /// Returns positions of disks that were never wrapped.
-fn unwrapped(gas: &EventDrivenCheckpoint<Disks>) -> Vec<Vector2<f64>> {
+fn unwrapped(gas: &EventDrivenCheckpoint<EqualDisks>) -> Vec<Vector2<f64>> {
     let lengths = gas.state.domain.lengths();
     let winding = |w: &[i32; 2]| vector![f64::from(w[0]), f64::from(w[1])].component_mul(&lengths);
     let bodies = gas.state.bodies.iter().zip(&gas.image_flags);
@@ -35,10 +37,10 @@ fn unwrapped(gas: &EventDrivenCheckpoint<Disks>) -> Vec<Vector2<f64>> {
 }
 
 fn leg(
-    gas: EventDrivenCheckpoint<Disks>,
+    gas: EventDrivenCheckpoint<EqualDisks>,
     restitution: f64,
     until: f64,
-) -> EventDrivenCheckpoint<Disks> {
+) -> EventDrivenCheckpoint<EqualDisks> {
     let mut engine =
         EventDriven::<_>::new(disks(restitution), DissipationRule::Scene, gas).expect("an engine");
     assert!(engine.advance(until, u64::MAX, &mut ()).expect("a leg"));
@@ -51,15 +53,10 @@ fn leg(
 fn free_flight_is_velocity_times_time() {
     let domain = Domain::periodic(vector![1.5, 4.0]).expect("a box");
     let lanes = [(0.0, 1.5), (1.2, -0.75), (2.4, -1e-30)];
-    let bodies: Vec<_> = lanes
-        .iter()
-        .map(|&(y, v)| ParticleState::new(vector![0.0, y], vector![v, 0.0]))
-        .collect();
-    let start = State {
-        time: 0.0,
+    let start: State<EqualDisks> = samples::state(
         domain,
-        bodies,
-    };
+        lanes.map(|(y, v)| (vector![0.0, y], vector![v, 0.0])),
+    );
     let mut gas = tracked(start.clone());
     for time in [0.1, 1.0, 2.0, 3.5, 1000.0, 7777.7] {
         gas = leg(gas, 0.5, time);
@@ -91,7 +88,7 @@ fn windings_add_up_to_the_displacements() {
         let lengths = start.domain.lengths();
         let mut sums: Vec<Vector2<f64>> = start.bodies.iter().map(|body| body.position).collect();
         let mut gas = tracked(start.clone());
-        let mut plain: EventDrivenCheckpoint<Disks> = start.into();
+        let mut plain: EventDrivenCheckpoint<EqualDisks> = start.into();
         let speed = gas
             .state
             .bodies

@@ -1,17 +1,17 @@
 //! The event-driven engine, against its oracles and the conservation laws.
 
 use nalgebra::{Vector2, Vector3};
-use rand::RngExt;
 use stosszahl_ed::{
     Buckets, Calendar, DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, Sorted,
     crossings_per_collision, plain,
 };
-use stosszahl_model::initial::{self, Arrangement};
-use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::initial::{Arrangement, place_unequal};
+use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{EqualDisks, disks, maxwellian, mixture};
 use stosszahl_model::snapshot;
-use stosszahl_model::{Collision, Domain, Observer, Polydisperse, Scene, State, ThresholdModel};
+use stosszahl_model::{Collision, Domain, Interrupt, Observer, State, ThresholdModel};
 
-use crate::support::{Disks, Mixture, disks, gas};
+use crate::support::gas;
 
 /// Observer that keeps the times and lines of all collisions.
 #[derive(Default)]
@@ -27,10 +27,10 @@ impl Observer for Journal {
 }
 
 fn run<Q: Calendar>(
-    scene: &Disks,
-    state: State<Disks>,
+    scene: &EqualDisks,
+    state: State<EqualDisks>,
     collisions: u64,
-) -> (Journal, State<Disks>) {
+) -> (Journal, State<EqualDisks>) {
     let mut engine = EventDrivenEngine::<_, Q>::new(scene.clone(), DissipationRule::Scene, state)
         .expect("an engine");
     let mut journal = Journal::default();
@@ -94,7 +94,7 @@ fn engine_finds_the_collisions_of_all_pairs() {
     }
 }
 
-fn start_distance(state: &State<Disks>, a: Vector2<f64>, b: Vector2<f64>) -> f64 {
+fn start_distance(state: &State<EqualDisks>, a: Vector2<f64>, b: Vector2<f64>) -> f64 {
     state.domain.distance(a, b)
 }
 
@@ -106,7 +106,7 @@ fn start_distance(state: &State<Disks>, a: Vector2<f64>, b: Vector2<f64>) -> f64
 fn elastic_contacts_below_a_threshold_keep_their_share_of_energy() {
     let (coefficient, threshold) = (0.999, 2.0);
     let law = ThresholdModel::new(coefficient, threshold).expect("a law");
-    let scene = Disks {
+    let scene = EqualDisks {
         restitution: law.into(),
         ..disks(1.0)
     };
@@ -185,7 +185,7 @@ fn legs_are_functions_of_their_checkpoint() {
         let checkpoint = first.checkpoint();
         let path = folder.path().join("checkpoint");
         snapshot::write_snapshot(&path, &[1; 32], &checkpoint).expect("written");
-        let read: EventDrivenCheckpoint<Disks> =
+        let read: EventDrivenCheckpoint<EqualDisks> =
             snapshot::read_snapshot(&path, &[1; 32]).expect("read");
         let finish = |checkpoint| {
             let mut engine = EventDrivenEngine::<_>::new(scene.clone(), dissipation, checkpoint)
@@ -230,18 +230,6 @@ fn contacts_without_rebound_happen_once() {
         assert!(engine.worst_overlap() < 1e-12);
     }
     assert!(central > 1000, "{central} of 2000 met");
-}
-
-/// Creates smooth elastic disks of these radii and masses.
-fn unequal(sizes: Vec<(f64, f64)>) -> Mixture {
-    let unit = disks(1.0);
-    Scene {
-        space: unit.space,
-        surface: unit.surface,
-        restitution: unit.restitution,
-        sizes: Polydisperse::new(sizes).expect("sizes"),
-        field: unit.field,
-    }
 }
 
 /// A long segment restarts the engine by itself: such a restart gives the bits of a checkpoint made
@@ -358,36 +346,10 @@ fn very_unequal_disks_follow_all_pairs() {
         .sum();
     let side = (area / 0.35).sqrt();
     let domain = Domain::periodic(Vector2::new(side, side)).expect("a box");
-    let mut stream = Streams::new(6, 0).stream_at(Purpose::Velocities, [0, 0]);
-    let mut positions: Vec<Vector2<f64>> = Vec::new();
-    // The largest first.
-    let sizes: Vec<(f64, f64)> = diameters.iter().rev().map(|d| (0.5 * d, d * d)).collect();
-    for size in &sizes {
-        let free = |at: &Vector2<f64>| {
-            let apart = |other: usize| domain.distance(*at, positions[other]);
-            (0..positions.len()).all(|other| apart(other) > size.0 + sizes[other].0)
-        };
-        let at = std::iter::repeat_with(|| {
-            Vector2::new(
-                stream.random_range(0.0..side),
-                stream.random_range(0.0..side),
-            )
-        })
-        .take(100_000)
-        .find(free);
-        positions.push(at.expect("a place"));
-    }
-    let scene = unequal(sizes);
-    let bodies = positions
-        .iter()
-        .map(|&at| stosszahl_model::ParticleState::new(at, Vector2::zeros()))
-        .collect();
-    let mut state = State {
-        time: 0.0,
-        domain,
-        bodies,
-    };
-    initial::maxwellian(&scene, &mut state, 1.0, &mut stream);
+    let radii: Vec<f64> = diameters.iter().map(|d| 0.5 * d).collect();
+    let placed = place_unequal(&radii, &domain, &Streams::new(6, 0), &Interrupt::default());
+    let scene = mixture(1.0, diameters.iter().map(|d| (0.5 * d, d * d)));
+    let state = maxwellian(&scene, domain, placed.expect("a gas").positions, 1.0, 6);
     let energy = state.kinetic_energy(&scene);
     let events = plain::run_collisions(&scene, &mut state.clone(), 150);
     let mut engine = EventDrivenEngine::<_>::new(scene.clone(), DissipationRule::Scene, state)

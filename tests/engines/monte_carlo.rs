@@ -4,15 +4,14 @@ use stosszahl_dsmc::{
     BoundaryConditions, DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme,
     SimulatorStart, simulate,
 };
+use stosszahl_model::equation_of_state;
 use stosszahl_model::initial::Arrangement;
 use stosszahl_model::random::Streams;
-use stosszahl_model::{
-    Budget, Collision, Constant, Observer, Particle, ParticleSpec, Particles, Plane, State, Vector,
-    equation_of_state,
-};
+use stosszahl_model::samples::{EqualDisks, FallingDisks, UNIT, disks, law, particles_of};
+use stosszahl_model::{Budget, Collision, Observer, ParticleSpec, Plane, State};
 use stosszahl_theory::cooling;
 
-use crate::support::{Disks, Kinds, as_kinds, disks, gas, kinds};
+use crate::support::{as_kinds, gas, kinds};
 
 const PARAMETERS: Parameters = Parameters {
     scheme: Scheme::Enskog(Neighbourhood::Mean),
@@ -47,7 +46,7 @@ fn engine(
     packing: f64,
     seed: u64,
     parameters: Parameters,
-) -> DsmcEngine<Disks> {
+) -> DsmcEngine<EqualDisks> {
     let state = gas(Arrangement::Disordered, count, packing, seed);
     DsmcEngine::new(
         &disks(restitution),
@@ -158,7 +157,7 @@ fn elastic_gas_conserves_energy_and_momentum() {
 }
 
 /// Creates equal disks that carry their index, so that each can be tracked through a sort.
-fn followed(count: usize) -> Kinds {
+fn followed(count: usize) -> FallingDisks {
     kinds(1.0, vec![(0.5, 1.0, 1); count])
 }
 
@@ -212,20 +211,8 @@ fn displacement_carries_the_collisional_pressure_of_hard_disks() {
 #[test]
 fn one_species_is_a_gas_of_equal_disks() {
     let state = gas(Arrangement::Disordered, 400, 0.25, 3);
-    let lengths = state.domain.lengths();
-    let all = state.bodies.iter().map(|body| Particle {
-        position: body.position.spatial(),
-        velocity: body.velocity.spatial(),
-        ..Particle::at_rest(0.5, 1.0)
-    });
-    let start = Particles {
-        time: 0.0,
-        dimension: 2,
-        lengths: [lengths[0], lengths[1], 0.0],
-        periodic: [true; 3],
-        all: all.collect(),
-    };
-    let grains = ParticleSpec::equal(0.5, 1.0, Constant::new(0.8).expect("a coefficient"));
+    let start = particles_of(&UNIT, &state);
+    let grains = ParticleSpec::equal(0.5, 1.0, law(0.8));
     let schemes = Scheme::ALL.map(|scheme| (scheme, 2));
     for (scheme, simulators_per_particle) in
         [(Scheme::CONTACT_POINT, 16)].into_iter().chain(schemes)

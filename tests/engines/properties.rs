@@ -13,13 +13,10 @@ use stosszahl::ed::{
     DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, EventDrivenError, plain,
 };
 use stosszahl::model::random::Stream;
-use stosszahl::model::{
-    Collision, Constant, Domain, Free, Observer, ParticleState, Plane, Polydisperse, Scene, Sizes,
-    Smooth, State,
-};
+use stosszahl::model::samples::{DiskMixture, mixture, state};
+use stosszahl::model::{Collision, Domain, Observer, Plane, Sizes, State};
 
 use crate::draws::drawn;
-use crate::support::Mixture;
 
 /// Numbers from which a random gas is made.
 #[derive(Clone, Debug)]
@@ -62,7 +59,7 @@ fn check(gases: u32, property: impl Fn(Recipe) -> Result<(), TestCaseError>) {
 /// Creates a gas without overlap: disks grow together from random points while overlapping ones
 /// push each other away, to the largest size at which none overlap, and the box is scaled so that
 /// the mean diameter is one.
-fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
+fn brew(recipe: &Recipe) -> Option<(DiskMixture, State<DiskMixture>)> {
     let mut stream = Stream::seed_from_u64(recipe.seed);
     let count = recipe.disks;
     let shapes: Vec<f64> = (0..count)
@@ -113,29 +110,13 @@ fn brew(recipe: &Recipe) -> Option<(Mixture, State<Mixture>)> {
     if fit < 0.1 || 2.0 * largest * 1.001 >= lengths.min() {
         return None;
     }
-    let sizes = radii.iter().map(|&r| (r, 4.0 * r * r)).collect();
-    let scene = Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: Constant::new(recipe.restitution).ok()?.into(),
-        sizes: Polydisperse::new(sizes).ok()?,
-        field: Free,
-    };
-    let bodies = places
-        .iter()
-        .map(|&at| {
-            let (angle, speed) = (TAU * stream.random::<f64>(), 0.1 + stream.random::<f64>());
-            ParticleState::new(at, vector![angle.cos(), angle.sin()] * speed)
-        })
-        .collect();
-    Some((
-        scene,
-        State {
-            time: 0.0,
-            domain,
-            bodies,
-        },
-    ))
+    let sizes = radii.iter().map(|&r| (r, 4.0 * r * r));
+    let scene = mixture(recipe.restitution, sizes);
+    let bodies = places.into_iter().map(|at| {
+        let (angle, speed) = (TAU * stream.random::<f64>(), 0.1 + stream.random::<f64>());
+        (at, vector![angle.cos(), angle.sin()] * speed)
+    });
+    Some((scene, state(domain, bodies)))
 }
 
 /// Largest normal over whole relative speed at which rounding decides a contact, see [`Laws`].
@@ -176,16 +157,16 @@ impl Observer for Laws {
 }
 
 fn engine(
-    scene: &Mixture,
-    from: impl Into<EventDrivenCheckpoint<Mixture>>,
-) -> Result<EventDrivenEngine<Mixture>, TestCaseError> {
+    scene: &DiskMixture,
+    from: impl Into<EventDrivenCheckpoint<DiskMixture>>,
+) -> Result<EventDrivenEngine<DiskMixture>, TestCaseError> {
     EventDrivenEngine::new(scene.clone(), DissipationRule::Scene, from)
         .map_err(|error| TestCaseError::fail(error.to_string()))
 }
 
 /// Runs a number of collisions, or ends if there are none for long; returns the collisions.
 fn run(
-    engine: &mut EventDrivenEngine<Mixture>,
+    engine: &mut EventDrivenEngine<DiskMixture>,
     collisions: u64,
     watch: &mut impl Observer,
 ) -> Result<(), TestCaseError> {
@@ -266,7 +247,7 @@ fn collisions_of_smooth_disks() {
             let swapped = (before.bodies[i].velocity - before.bodies[j].velocity - relative).norm()
                 > 1e-12 * relative.norm();
             let sign = if swapped { -1.0 } else { 1.0 };
-            let turn = |state: &State<Mixture>| {
+            let turn = |state: &State<DiskMixture>| {
                 // Line of centres of the colliding image; in a narrow box two images may touch.
                 let arm = line * sign;
                 let [a, b] =
@@ -360,7 +341,7 @@ fn elastic_gases_run_backwards() {
     });
 }
 
-fn furthest(a: &State<Mixture>, b: &State<Mixture>) -> f64 {
+fn furthest(a: &State<DiskMixture>, b: &State<DiskMixture>) -> f64 {
     a.bodies
         .iter()
         .zip(&b.bodies)
@@ -370,7 +351,7 @@ fn furthest(a: &State<Mixture>, b: &State<Mixture>) -> f64 {
 
 /// Returns true if two disks approach by no more than the rounding of their velocities, as after a
 /// contact with restitution 0: the engine lets those rest on each other, all pairs does not.
-fn is_at_rest(state: &State<Mixture>, pair: [usize; 2]) -> bool {
+fn is_at_rest(state: &State<DiskMixture>, pair: [usize; 2]) -> bool {
     let [one, other] = pair.map(|who| state.bodies[who]);
     let line = state
         .domain

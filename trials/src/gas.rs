@@ -9,29 +9,17 @@ use stosszahl_dsmc::{Parameters, PartnerDisplacement, Scheme, SimulatorStart};
 use stosszahl_ed::{DissipationRule, EventDrivenEngine};
 use stosszahl_model::initial::{self, Arrangement};
 use stosszahl_model::random::{Purpose, Stream, Streams};
+use stosszahl_model::samples::{
+    DiskMixture, EqualDisks, SmoothParticles, UNIT, placed_disks, smooth_particles, species,
+};
 use stosszahl_model::{
-    Constant, Domain, Free, Interrupt, Law, Monodisperse, Particle, ParticleModel, ParticleState,
-    Plane, Polydisperse, Scene, Sizes, Smooth, Space, Species, SpeciesProperties, State,
-    Vector as _, VectorOf, Volume,
+    Constant, Domain, Interrupt, Law, Plane, Polydisperse, Sizes, Species, State, Volume,
 };
 
 use crate::TrialError;
 
-/// Smooth particles in free flight between collisions, with the contact law that user programs
-/// have. Trials thus test the same engines.
-pub type SmoothParticles<S, Z = Monodisperse> = Scene<S, Smooth, Law, Z, Free>;
-/// Smooth equal hard disks of diameter and mass one.
-pub type EqualDisks = SmoothParticles<Plane>;
-/// Smooth hard disks, each with its own radius and mass.
-pub type DiskMixture = SmoothParticles<Plane, Polydisperse>;
 /// Smooth hard spheres of several species.
 pub type Spheres = SmoothParticles<Volume, Species>;
-
-/// Size of unit disks: diameter and mass one.
-pub const UNIT: Monodisperse = Monodisperse {
-    radius: 0.5,
-    mass: 1.0,
-};
 
 /// Default parameters of a Monte Carlo scheme in trials.
 pub const PLAIN: Parameters = Parameters {
@@ -44,21 +32,6 @@ pub const PLAIN: Parameters = Parameters {
     max_contact_value: 10.0,
 };
 
-/// Creates the model of smooth particles in free flight, with a coefficient of restitution and
-/// sizes.
-pub(crate) fn particles<S: Space, Z: Sizes>(
-    restitution: impl Into<Law>,
-    sizes: Z,
-) -> SmoothParticles<S, Z> {
-    Scene {
-        space: S::default(),
-        surface: Smooth,
-        restitution: restitution.into(),
-        sizes,
-        field: Free,
-    }
-}
-
 /// Creates the contact law of a constant coefficient of restitution.
 pub(crate) fn law(restitution: f64) -> Result<Law, TrialError> {
     Ok(Constant::new(restitution)?.into())
@@ -70,12 +43,15 @@ pub(crate) fn law(restitution: f64) -> Result<Law, TrialError> {
 ///
 /// As `law`.
 pub fn disks(restitution: f64) -> Result<EqualDisks, TrialError> {
-    Ok(particles(law(restitution)?, UNIT))
+    Ok(smooth_particles(law(restitution)?, UNIT))
 }
 
 /// Creates the model of disks with the given (radius, mass) pairs and a coefficient of restitution.
 pub(crate) fn mixture(sizes: Vec<(f64, f64)>, restitution: f64) -> Result<DiskMixture, TrialError> {
-    Ok(particles(law(restitution)?, Polydisperse::new(sizes)?))
+    Ok(smooth_particles(
+        law(restitution)?,
+        Polydisperse::new(sizes)?,
+    ))
 }
 
 /// Creates the model of sphere species, given as (diameter, mass, number), with a coefficient of
@@ -84,72 +60,14 @@ pub(crate) fn spheres(
     kinds: &[(f64, f64, usize)],
     restitution: f64,
 ) -> Result<Spheres, TrialError> {
-    let kinds = kinds
-        .iter()
-        .map(|&(diameter, mass, count)| SpeciesProperties {
-            radius: 0.5 * diameter,
-            mass,
-            count,
-        });
-    let species = Species::new(kinds.collect())?;
-    Ok(particles(law(restitution)?, species))
+    let kinds = kinds.iter();
+    let sizes = species(kinds.map(|&(diameter, mass, count)| (0.5 * diameter, mass, count)));
+    Ok(smooth_particles(law(restitution)?, sizes))
 }
 
 /// Creates a periodic rectangular box with a width and a height \[length\].
 pub(crate) fn domain(width: f64, height: f64) -> Result<Domain<Plane>, TrialError> {
     Ok(Domain::periodic(vector![width, height])?)
-}
-
-/// Creates the periodic square box in which `count` unit disks have the given packing fraction.
-pub(crate) fn square(count: usize, packing: f64) -> Result<Domain<Plane>, TrialError> {
-    let side = (count as f64 * std::f64::consts::FRAC_PI_4 / packing).sqrt();
-    domain(side, side)
-}
-
-/// Creates a state at time zero from positions and velocities of particles without spin.
-pub(crate) fn state<P: ParticleModel>(
-    domain: Domain<P::Space>,
-    bodies: impl IntoIterator<Item = (VectorOf<P>, VectorOf<P>)>,
-) -> State<P> {
-    let bodies = bodies.into_iter();
-    State {
-        time: 0.0,
-        domain,
-        bodies: bodies
-            .map(|(at, velocity)| ParticleState::new(at, velocity))
-            .collect(),
-    }
-}
-
-/// Converts a state of unit disks to the particle list that all engines share.
-pub(crate) fn particles_of(state: &State<EqualDisks>) -> stosszahl_model::Particles {
-    let particle = |body: &ParticleState<EqualDisks>| Particle {
-        position: body.position.spatial(),
-        velocity: body.velocity.spatial(),
-        ..Particle::at_rest(UNIT.radius, UNIT.mass)
-    };
-    stosszahl_model::Particles {
-        time: state.time,
-        dimension: 2,
-        lengths: state.domain.lengths().spatial().into(),
-        periodic: [true; 3],
-        all: state.bodies.iter().map(particle).collect(),
-    }
-}
-
-/// Creates a state of particles at given positions with Maxwellian velocities, at temperature one
-/// and zero total momentum.
-pub(crate) fn warm<P: ParticleModel>(
-    scene: &P,
-    domain: Domain<P::Space>,
-    places: impl IntoIterator<Item = VectorOf<P>>,
-    seed: u64,
-) -> State<P> {
-    let places = places.into_iter();
-    let mut state = state(domain, places.map(|at| (at, VectorOf::<P>::default())));
-    let mut stream = Streams::new(seed, 0).stream_at(Purpose::Velocities, [0, 0]);
-    initial::maxwellian(scene, &mut state, 1.0, &mut stream);
-    state
 }
 
 /// Creates the random number stream of a trial from a seed.
@@ -203,11 +121,7 @@ pub(crate) fn fluid(
     let area = disks as f64 * std::f64::consts::FRAC_PI_4 / packing_fraction;
     let width = (area / aspect).sqrt();
     let domain = domain(width, area / width)?;
-    let streams = Streams::new(seed, 0);
-    let never = Interrupt::default();
-    let placed = initial::place_disks(arrangement, disks, 1.0, &domain, &streams, &never)?;
-    let scene = particles(Constant::ELASTIC, UNIT);
-    Ok(warm(&scene, domain, placed.positions, seed))
+    Ok(placed_disks(arrangement, disks, domain, seed)?)
 }
 
 /// Creates a gas of randomly placed unit disks at temperature one in a square box.

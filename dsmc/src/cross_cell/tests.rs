@@ -4,10 +4,12 @@ use nalgebra::Vector2;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoroshiro128PlusPlus;
 use rayon::prelude::*;
+use stosszahl_model::equation_of_state;
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{DiskMixture, EqualDisks, UNIT, equal, law, mixture};
 use stosszahl_model::{
-    Collision, Constant, Free, Observer, ParticleModel, Plane, Polydisperse, Scene, Shear, Sheared,
-    Sizes, Smooth, Space, State, Vector, VectorOf, Volume, equation_of_state,
+    Collision, Observer, ParticleModel, Plane, Scene, Shear, Sheared, Sizes, Smooth, Space, State,
+    Vector, VectorOf, Volume,
 };
 use stosszahl_theory::cooling;
 
@@ -19,7 +21,7 @@ use super::search_ranges::ranges;
 use super::search_target::Aim;
 use super::tile_collider::line_of_centres;
 use crate::particle::DisplacementTracking;
-use crate::tests::{Equal, Seen, equal, in_pool, mean_and_error, start};
+use crate::tests::{Seen, in_pool, mean_and_error, start};
 use crate::{
     DsmcEngine, Neighbourhood, Parameters, PartnerDisplacement, Scheme, SimulatorStart, Tracked,
     Untracked,
@@ -238,7 +240,7 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
         ([90.0, 80.0], 60, 20),
         ([2.5, 3.5], 5, 5),
     ] {
-        let state = start::<Equal<Plane>>(count, Vector2::from(sides), 4);
+        let state = start::<EqualDisks>(count, Vector2::from(sides), 4);
         let parameters = Parameters {
             cell_size: Some(1.7),
             ..PARAMETERS
@@ -249,7 +251,7 @@ fn bounds_of_speed_are_those_of_a_plain_search() {
                 .expect("an engine");
         engine.retile(per_tile);
         let grid = engine.grid.clone();
-        let ranges = ranges::<Equal<Plane>>(parameters.scheme, &grid, scene.sizes(), 0.5, 0.5, 1.0);
+        let ranges = ranges::<EqualDisks>(parameters.scheme, &grid, scene.sizes(), 0.5, 0.5, 1.0);
         assert_eq!((ranges.point, ranges.near, ranges.far), (1, 1, 3));
         let counts = grid.counts();
         let apart = |one: [u32; 3], other: [u32; 3]| {
@@ -389,7 +391,7 @@ fn over_enskog(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> [
     let chi = Plane::contact_value(packing);
     let theory = Plane::collision_rate(packing, chi);
     let side = (f64::from(disks) * Plane::particle_volume(0.5) / packing).sqrt();
-    let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
+    let state = start::<EqualDisks>(disks as usize, Vector2::new(side, side), seed);
     let temperature = state.temperature(&equal(1.0));
     let mut engine =
         DsmcEngine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
@@ -449,7 +451,7 @@ fn elastic_rate_and_pressure_are_enskogs() {
 fn structure(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64 {
     let theory = Plane::collision_rate(packing, Plane::contact_value(packing));
     let side = (f64::from(disks) * Plane::particle_volume(0.5) / packing).sqrt();
-    let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
+    let state = start::<EqualDisks>(disks as usize, Vector2::new(side, side), seed);
     let mut engine =
         DsmcEngine::new(&equal(1.0), parameters, &state, Streams::new(seed, 0)).expect("an engine");
     let unit = std::f64::consts::TAU / side;
@@ -494,7 +496,7 @@ fn many_simulators_have_the_structure_of_disks() {
 fn energy_left(parameters: Parameters, disks: u32, packing: f64, seed: u64) -> f64 {
     let scene = equal::<Plane>(0.8);
     let side = (f64::from(disks) * Plane::particle_volume(0.5) / packing).sqrt();
-    let state = start::<Equal<Plane>>(disks as usize, Vector2::new(side, side), seed);
+    let state = start::<EqualDisks>(disks as usize, Vector2::new(side, side), seed);
     let temperature = state.temperature(&scene);
     let mut engine =
         DsmcEngine::new(&scene, parameters, &state, Streams::new(seed, 0)).expect("an engine");
@@ -542,7 +544,7 @@ struct Kinds([u64; 3]);
 /// step h apart.
 #[test]
 fn rates_from_a_table_are_those_that_are_computed() {
-    let state = start::<Unequal>(100, Vector2::new(30.0, 30.0), 1);
+    let state = start::<DiskMixture>(100, Vector2::new(30.0, 30.0), 1);
     let engine =
         DsmcEngine::<_, Untracked>::new(&unequal(100), PARAMETERS, &state, Streams::new(1, 0))
             .expect("an engine");
@@ -569,21 +571,12 @@ fn rates_from_a_table_are_those_that_are_computed() {
     }
 }
 
-type Unequal = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
-
 /// Radii and masses of unequal disks.
 const UNEQUAL: [(f64, f64); 2] = [(0.5, 1.0), (1.0, 4.0)];
 
 /// Elastic disks of two sizes in turn.
-fn unequal(count: usize) -> Unequal {
-    let sizes = (0..count).map(|i| UNEQUAL[i % 2]).collect();
-    Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: Constant::ELASTIC,
-        sizes: Polydisperse::new(sizes).expect("sizes"),
-        field: Free,
-    }
+fn unequal(count: usize) -> DiskMixture {
+    mixture(1.0, UNEQUAL.into_iter().cycle().take(count))
 }
 
 impl Observer for Kinds {
@@ -629,7 +622,7 @@ fn unequal_disks_meet_at_the_rates_of_a_mixture() {
     ];
     for (simulators, cell_size, gases, bar) in settings {
         let of_gas = |seed| {
-            let state = start::<Unequal>(disks as usize, Vector2::new(side, side), seed);
+            let state = start::<DiskMixture>(disks as usize, Vector2::new(side, side), seed);
             let temperature = state.kinetic_energy(&scene) / f64::from(disks);
             let parameters = Parameters {
                 simulators_per_particle: simulators,
@@ -675,15 +668,8 @@ fn threads_and_stops_change_nothing_in_a_shear_flow() {
         offset: 71.3,
     };
     state.domain = (state.domain.sheared(Some(shear))).expect("a periodic box");
-    let rest = equal::<Plane>(0.8);
     let flow = Sheared::new(shear.rate).expect("a rate");
-    let scene = Scene {
-        space: rest.space,
-        surface: rest.surface,
-        restitution: rest.restitution,
-        sizes: rest.sizes,
-        field: flow,
-    };
+    let scene = Scene::new(Smooth, law(0.8), UNIT, flow);
     threads_and_stops_change_nothing_in::<_, Untracked>(&scene, &state);
 }
 
@@ -746,14 +732,14 @@ where
 fn coherent_copies_keep_long_waves() {
     let scene = equal::<Plane>(1.0);
     let side = 100.0;
-    let mut state: State<Equal<Plane>> = start(4000, Vector2::new(side, side), 3);
+    let mut state: State<EqualDisks> = start(4000, Vector2::new(side, side), 3);
     let wave = std::f64::consts::TAU / side;
     for body in &mut state.bodies {
         body.velocity[1] += (wave * body.position[0]).cos();
     }
-    let amplitude = |state: &State<Equal<Plane>>| {
+    let amplitude = |state: &State<EqualDisks>| {
         let sum = |body: &stosszahl_model::ParticleState<_>| {
-            let body: &stosszahl_model::ParticleState<Equal<Plane>> = body;
+            let body: &stosszahl_model::ParticleState<EqualDisks> = body;
             body.velocity[1] * (wave * body.position[0]).cos()
         };
         2.0 * state.bodies.iter().map(sum).sum::<f64>() / state.bodies.len() as f64

@@ -7,17 +7,18 @@ use std::time::Duration;
 
 use nalgebra::{Vector2, Vector3, vector};
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{EqualDisks, equal, grains};
 use stosszahl_model::walls::{Obstacle, ObstacleShape, Vibration};
 use stosszahl_model::{
-    Collision, Constant, Face, Gravity, Monodisperse, Observer, ParticleModel, Plane, Rebound,
-    Rough, Scene, Space as _, State, Vector as _, VectorOf, VelocityMoments, Volume, Wall, Walls,
+    Collision, Face, Gravity, Observer, ParticleModel, Plane, Rebound, Rough, Space as _, State,
+    Vector as _, VectorOf, VelocityMoments, Volume, Wall, Walls,
 };
 
 use super::distribution::STEPS_BETWEEN;
 use super::ranks::gather;
 use super::*;
 use crate::particle::{DisplacementTracking, Tracked, Untracked};
-use crate::tests::{equal, start};
+use crate::tests::start;
 use crate::{
     BoundaryConditions, DsmcCheckpoint, DsmcEngine, DsmcError, Grid, Inflow, Neighbourhood,
     Parameters, PartnerDisplacement, Scheme, SimulatorStart, SimulatorWeights, StartStream,
@@ -289,16 +290,9 @@ fn a_flow_is_the_same_for_any_number_of_processes() {
             .expect("factors"),
         ..BoundaryConditions::default()
     };
-    let scene = Scene {
-        space: Plane,
-        surface: Rough::new(0.5, Plane::INERTIA).expect("a surface"),
-        restitution: Constant::new(0.9).expect("a coefficient"),
-        sizes: Monodisperse {
-            radius: 0.005,
-            mass: 1.0,
-        },
-        field: Gravity::new(vector![0.05, -0.2]).expect("finite"),
-    };
+    let surface = Rough::new(0.5, Plane::INERTIA).expect("a surface");
+    let field = Gravity::new(vector![0.05, -0.2]).expect("finite");
+    let scene = grains(0.01, 0.9, surface, field);
     let mut state = start_of(&scene, 6000, vector![12.0, 5.0]);
     state.domain = boundaries.walls.domain(vector![12.0, 5.0]).expect("a box");
     state
@@ -342,7 +336,7 @@ fn a_gas_around_thin_bodies_is_the_same_for_any_number_of_processes() {
     };
     let obstacles = outlines.map(|outline| Obstacle::new(outline, law).expect("an obstacle"));
     let mut state = start::<_>(6000, Vector2::new(150.0, 90.0), 4);
-    (state.bodies).retain(|body: &stosszahl_model::ParticleState<Disks>| {
+    (state.bodies).retain(|body: &stosszahl_model::ParticleState<EqualDisks>| {
         obstacles
             .iter()
             .all(|one| one.clearance(body.position) > 0.5)
@@ -445,7 +439,7 @@ type Manifest<P, F> = (DsmcCheckpoint<P, F>, Vec<Shard>);
 
 /// Runs a channel for some steps and returns the bytes of its state.
 fn goes_on<F: DisplacementTracking<Plane>>(
-    mut engine: DsmcEngine<Disks, F>,
+    mut engine: DsmcEngine<EqualDisks, F>,
     first: bool,
 ) -> Vec<u8> {
     engine.advance(f64::INFINITY, 6, &mut ());
@@ -457,13 +451,11 @@ fn goes_on<F: DisplacementTracking<Plane>>(
     }
 }
 
-type Disks = Scene<Plane, stosszahl_model::Smooth, Constant, Monodisperse, stosszahl_model::Free>;
-
 /// Channel with inflow at one side and a wall opposite.
 struct Channel {
-    scene: Disks,
+    scene: EqualDisks,
     boundaries: BoundaryConditions<Plane>,
-    state: State<Disks>,
+    state: State<EqualDisks>,
 }
 
 impl Channel {
@@ -502,7 +494,7 @@ impl Channel {
     }
 
     /// Sets small tiles that do not depend on the number of simulators.
-    fn tile(&self, engine: &mut DsmcEngine<Disks>) {
+    fn tile(&self, engine: &mut DsmcEngine<EqualDisks>) {
         let simulators: Vec<_> = engine.ordered().copied().collect();
         let counts = engine.grid.counts().map(|count| count as usize);
         let (domain, reach) = (*engine.grid.domain(), engine.grid.reach());
@@ -510,7 +502,7 @@ impl Channel {
         engine.fill(&simulators);
     }
 
-    fn begins(&self) -> DsmcEngine<Disks, Untracked> {
+    fn begins(&self) -> DsmcEngine<EqualDisks, Untracked> {
         let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
         DsmcEngine::setup(&self.scene, parameters, streams)
             .between(&self.boundaries)
@@ -518,7 +510,7 @@ impl Channel {
             .expect("an engine")
     }
 
-    fn resumes(&self, checkpoint: DsmcCheckpoint<Disks>) -> DsmcEngine<Disks> {
+    fn resumes(&self, checkpoint: DsmcCheckpoint<EqualDisks>) -> DsmcEngine<EqualDisks> {
         let (parameters, streams) = (Self::parameters(), Streams::new(3, 0));
         DsmcEngine::setup(&self.scene, parameters, streams)
             .between(&self.boundaries)
@@ -543,8 +535,8 @@ impl Channel {
 
     /// Reads the checkpoint in one process and continues.
     fn read_by_one(&self, manifest: &[u8], beside: &ShardLocation) -> Result<Vec<u8>, DsmcError> {
-        let (mut gas, shards): Manifest<Disks, Untracked> = from_bytes(manifest);
-        gas.hold(read_all::<Disks, Untracked>(&shards, beside)?);
+        let (mut gas, shards): Manifest<EqualDisks, Untracked> = from_bytes(manifest);
+        gas.hold(read_all::<EqualDisks, Untracked>(&shards, beside)?);
         let mut engine = self.resumes(gas);
         self.tile(&mut engine);
         Ok(goes_on(engine, true))
@@ -558,7 +550,7 @@ impl Channel {
         beside: &ShardLocation,
     ) -> Result<Vec<u8>, String> {
         among(size, |ranks| {
-            let (gas, shards): Manifest<Disks, Untracked> = from_bytes(manifest);
+            let (gas, shards): Manifest<EqualDisks, Untracked> = from_bytes(manifest);
             let mut engine = self.resumes(gas);
             self.tile(&mut engine);
             engine.distribute_among(ranks.clone());

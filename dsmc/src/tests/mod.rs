@@ -5,9 +5,10 @@ mod plain;
 use nalgebra::Vector2;
 use rand::RngExt;
 use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::samples::{EqualDisks, SmoothParticles, equal};
 use stosszahl_model::{
-    Collision, Constant, Domain, Free, Monodisperse, Observer, ParticleModel, ParticleState, Plane,
-    Polydisperse, Scene, Sizes, Smooth, Space, State, VectorOf, Volume,
+    Collision, Domain, Free, Observer, ParticleModel, ParticleState, Plane, Sizes, Smooth, Space,
+    State, VectorOf, Volume, samples,
 };
 
 use crate::{
@@ -16,56 +17,15 @@ use crate::{
 };
 use plain::Plain;
 
-pub(crate) type Equal<S> = Scene<S, Smooth, Constant, Monodisperse, Free>;
-type Mixture = Scene<Plane, Smooth, Constant, Polydisperse, Free>;
-
-pub(crate) fn equal<S: Space>(restitution: f64) -> Equal<S> {
-    Scene {
-        space: S::default(),
-        surface: Smooth,
-        restitution: Constant::new(restitution).expect("a coefficient"),
-        sizes: Monodisperse {
-            radius: 0.5,
-            mass: 1.0,
-        },
-        field: Free,
-    }
-}
-
-fn mixture(count: usize) -> Mixture {
-    let sizes = (0..count)
-        .map(|i| [(0.5, 1.0), (0.25, 0.2)][i % 2])
-        .collect();
-    Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: Constant::new(0.9).expect("a coefficient"),
-        sizes: Polydisperse::new(sizes).expect("sizes"),
-        field: Free,
-    }
-}
-
 /// State with positions uniform in a box, and velocity components uniform from -1 to 1.
 pub(crate) fn start<P: ParticleModel>(count: usize, sides: VectorOf<P>, seed: u64) -> State<P> {
     let mut stream = Streams::new(seed, 0).stream_at(Purpose::Placement, [0, 0]);
     let mut vector = |low: f64, high: VectorOf<P>| {
-        let mut vector = VectorOf::<P>::default();
-        for axis in 0..P::Space::DIMENSION {
-            vector[axis] = low + (high[axis] - low) * stream.random::<f64>();
-        }
-        vector
+        P::Space::from_components(|axis| low + (high[axis] - low) * stream.random::<f64>())
     };
-    let mut ones = VectorOf::<P>::default();
-    for axis in 0..P::Space::DIMENSION {
-        ones[axis] = 1.0;
-    }
-    State {
-        time: 0.0,
-        domain: Domain::periodic(sides).expect("a box"),
-        bodies: (0..count)
-            .map(|_| ParticleState::new(vector(0.0, sides), vector(-1.0, ones)))
-            .collect(),
-    }
+    let ones = P::Space::from_components(|_| 1.0);
+    let bodies = (0..count).map(|_| (vector(0.0, sides), vector(-1.0, ones)));
+    samples::state(Domain::periodic(sides).expect("a box"), bodies)
 }
 
 /// The mean of independent values and its standard error.
@@ -169,7 +129,9 @@ fn mixtures_are_those_of_the_plain_engine() {
             ..PARAMETERS
         };
         let sides = Vector2::new(25.0, 22.0);
-        compare(&mixture(400), parameters, sides, 400, 0.4375);
+        let sizes = [(0.5, 1.0), (0.25, 0.2)].into_iter().cycle();
+        let scene = samples::mixture(0.9, sizes.take(400));
+        compare(&scene, parameters, sides, 400, 0.4375);
     }
 }
 
@@ -195,7 +157,7 @@ fn threads_and_stops_change_nothing() {
             ..PARAMETERS
         };
         let scene = equal::<Plane>(0.8);
-        let state = start::<Equal<Plane>>(30_000, Vector2::new(300.0, 310.0), 2);
+        let state = start::<EqualDisks>(30_000, Vector2::new(300.0, 310.0), 2);
         let streams = Streams::new(5, 0);
         let run = |threads: usize, stop: bool| {
             in_pool(threads, || {
@@ -234,7 +196,7 @@ fn threads_and_stops_change_nothing() {
 /// Adaptive steps and counters do not depend on the tiles; only sums are added in another order.
 #[test]
 fn tiles_change_nothing() {
-    let state = start::<Equal<Plane>>(5000, Vector2::new(150.0, 90.0), 4);
+    let state = start::<EqualDisks>(5000, Vector2::new(150.0, 90.0), 4);
     let run = |per_tile: usize| {
         let mut engine = DsmcEngine::new(&equal(0.7), PARAMETERS, &state, Streams::new(5, 0))
             .expect("an engine");
@@ -267,7 +229,7 @@ fn a_simulator_takes_at_most_48_bytes() {
     ] {
         let count = 200_000;
         let side = (count as f64 / per_cell).sqrt() * 2.0;
-        let state = start::<Equal<Plane>>(count, Vector2::new(side, side), 7);
+        let state = start::<EqualDisks>(count, Vector2::new(side, side), 7);
         let parameters = Parameters {
             scheme,
             ..PARAMETERS
@@ -286,7 +248,7 @@ fn a_simulator_takes_at_most_48_bytes() {
 /// additions.
 #[test]
 fn free_flight_is_exact() {
-    let state = start::<Equal<Plane>>(40, Vector2::new(12.0, 10.0), 9);
+    let state = start::<EqualDisks>(40, Vector2::new(12.0, 10.0), 9);
     let parameters = Parameters {
         scheme: Scheme::Collisionless,
         ..PARAMETERS
@@ -323,7 +285,7 @@ fn spheres_collide_at_the_rate_of_theory() {
     let mut rates = Vec::new();
     for seed in 0..16 {
         let sides = nalgebra::Vector3::new(side, side, side);
-        let mut state = start::<Equal<Volume>>(count, sides, seed);
+        let mut state = start::<SmoothParticles<Volume>>(count, sides, seed);
         let mut stream = Streams::new(seed, 0).stream_at(Purpose::Velocities, [0, 0]);
         let scene = equal::<Volume>(1.0);
         stosszahl_model::initial::maxwellian(&scene, &mut state, 1.0, &mut stream);
@@ -358,7 +320,7 @@ fn virial_is_that_of_the_displacement() {
     let count = 20_000;
     let side = 400.0;
     for displacement in [PartnerDisplacement::None, PartnerDisplacement::Diameter] {
-        let state = start::<Equal<Plane>>(count, Vector2::new(side, side), 3);
+        let state = start::<EqualDisks>(count, Vector2::new(side, side), 3);
         let scene = equal::<Plane>(1.0);
         let parameters = Parameters {
             displacement,

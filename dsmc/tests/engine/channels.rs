@@ -5,11 +5,10 @@ use stosszahl_dsmc::{
     BoundaryConditions, DsmcEngine, DsmcError, Parameters, Scheme, WallClearance,
 };
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{FallingDisks, grains, ideal_gas, no_gravity};
 use stosszahl_model::{Face, Plane, Smooth, Space, State, Wall, Walls};
 
-use crate::support::{Grains, PARAMETERS, gas, grains, no_gravity};
-
-type Disks = Grains<Plane, Smooth>;
+use crate::support::PARAMETERS;
 
 const AROUND_POINTS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
@@ -43,7 +42,11 @@ const EXACT: [(f64, f64, f64); 15] = [
     (0.4, 20.0, 4.1936),
 ];
 
-fn channel(packing: f64, width: f64, count: usize) -> (BoundaryConditions<Plane>, State<Disks>) {
+fn channel(
+    packing: f64,
+    width: f64,
+    count: usize,
+) -> (BoundaryConditions<Plane>, State<FallingDisks>) {
     let faces = [
         [Face::Periodic; 2],
         [Face::Wall(Wall::specular()); 2],
@@ -59,8 +62,8 @@ fn channel(packing: f64, width: f64, count: usize) -> (BoundaryConditions<Plane>
         .walls
         .domain(vector![length, width])
         .expect("a box");
-    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
-    let state = gas(&scene, domain, 0.5, count, 1.0, 5);
+    let scene: FallingDisks = grains(1.0, 1.0, Smooth, no_gravity());
+    let state = ideal_gas(&scene, domain, 0.5, count, 1.0, 5);
     (boundaries, state)
 }
 
@@ -69,7 +72,7 @@ fn channel(packing: f64, width: f64, count: usize) -> (BoundaryConditions<Plane>
 /// density in a window of ten diameters varies with them, and so does chi.
 #[test]
 fn disks_in_channels_collide_as_often_as_the_engine_says() {
-    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
+    let scene: FallingDisks = grains(1.0, 1.0, Smooth, no_gravity());
     for (packing, width, exact) in EXACT {
         for copies in [1, 4] {
             let (boundaries, state) = channel(packing, width, 1200 / copies as usize);
@@ -78,10 +81,11 @@ fn disks_in_channels_collide_as_often_as_the_engine_says() {
                 ..AROUND_POINTS
             };
             let streams = Streams::new(1, 0);
-            let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
-                .between(&boundaries)
-                .start(&state)
-                .expect("an engine");
+            let mut engine: DsmcEngine<FallingDisks> =
+                DsmcEngine::setup(&scene, parameters, streams)
+                    .between(&boundaries)
+                    .start(&state)
+                    .expect("an engine");
             let unit = 1.0 / exact;
             engine.advance(15.0 * unit, u64::MAX, &mut ());
             let (from, before) = (engine.time(), engine.tally().collisions);
@@ -104,7 +108,7 @@ fn disks_in_channels_collide_as_often_as_the_engine_says() {
 /// Narrower channels are refused with the scheme's name; other schemes have no such limit.
 #[test]
 fn channels_of_few_diameters_are_refused() {
-    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
+    let scene: FallingDisks = grains(1.0, 1.0, Smooth, no_gravity());
     for (width, clearance) in [
         (1.5, WallClearance::Radius),
         (2.9, WallClearance::Radius),
@@ -117,7 +121,7 @@ fn channels_of_few_diameters_are_refused() {
         };
         let start = |parameters| {
             let streams = Streams::new(1, 0);
-            DsmcEngine::<Disks>::setup(&scene, parameters, streams)
+            DsmcEngine::<FallingDisks>::setup(&scene, parameters, streams)
                 .between(&boundaries)
                 .start(&state)
                 .map(|_| ())

@@ -10,14 +10,13 @@ use stosszahl_dsmc::{
     WallClearance,
 };
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{FallingDisks, grains, ideal_gas, law, no_gravity};
 use stosszahl_model::{
-    Domain, Face, Free, Interrupt, ParticleState, Plane, Polydisperse, Restitution, Scene, Smooth,
-    SpeciesProperties, State, Wall, Walls,
+    Domain, Face, Free, Interrupt, Plane, Polydisperse, Restitution, Scene, Smooth, State, Wall,
+    Walls, samples,
 };
 
-use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity, of_kinds};
-
-type Disks = Grains<Plane, Smooth>;
+use crate::support::{PARAMETERS, disk_for_unit_path};
 
 const ACROSS: Parameters = Parameters {
     scheme: Scheme::ContactPoint { radius: None },
@@ -53,15 +52,15 @@ fn channel(density: f64, drift: f64) -> BoundaryConditions<Plane> {
 /// A run stopped and resumed after half of its steps gives the bytes of an uninterrupted run:
 /// positions, velocities, counters and ledgers.
 fn stops_change_nothing(
-    scene: &Disks,
+    scene: &FallingDisks,
     parameters: Parameters,
-    state: &State<Disks>,
+    state: &State<FallingDisks>,
     boundaries: &BoundaryConditions<Plane>,
     steps: u64,
 ) {
     let streams = Streams::new(3, 0);
     let run = |stop: bool| {
-        let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(scene, parameters, streams)
+        let mut engine: DsmcEngine<FallingDisks> = DsmcEngine::setup(scene, parameters, streams)
             .between(boundaries)
             .start(state)
             .expect("an engine");
@@ -98,9 +97,9 @@ fn stops_change_nothing(
 #[test]
 fn continued_flows_with_partners_across_cells_are_the_same_bytes() {
     let boundaries = channel(0.3, 2.0);
-    let scene: Disks = grains(1.0, 0.9, Smooth, no_gravity());
+    let scene: FallingDisks = grains(1.0, 0.9, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![60.0, 40.0]).expect("a box");
-    let state = gas(&scene, domain, 0.5, 250, 1.0, 5);
+    let state = ideal_gas(&scene, domain, 0.5, 250, 1.0, 5);
     for scheme in [ACROSS.scheme, Scheme::Esmc(Neighbourhood::Cells(1))] {
         let parameters = Parameters { scheme, ..ACROSS };
         stops_change_nothing(&scene, parameters, &state, &boundaries, 40);
@@ -116,9 +115,9 @@ fn continued_sums_at_boundaries_are_the_same_bytes() {
         weights: SimulatorWeights::along(0, vec![1.0, 0.25]).expect("factors"),
         ..BoundaryConditions::default()
     };
-    let scene: Disks = grains(disk_for_unit_path(10.0), 1.0, Smooth, no_gravity());
+    let scene: FallingDisks = grains(disk_for_unit_path(10.0), 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![80.0, 50.0]).expect("a box");
-    let state = gas(&scene, domain, 0.0, 40_000, 1.0, 5);
+    let state = ideal_gas(&scene, domain, 0.0, 40_000, 1.0, 5);
     stops_change_nothing(&scene, PARAMETERS, &state, &boundaries, 3);
 }
 
@@ -132,19 +131,15 @@ fn an_empty_channel_fills() {
         walls: Walls::new(&faces).expect("fit"),
         ..channel(density, drift)
     };
-    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
+    let scene: FallingDisks = grains(1.0, 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![80.0, 80.0]).expect("a box");
-    let state = State {
-        time: 0.0,
-        domain,
-        bodies: Vec::new(),
-    };
+    let state = samples::state(domain, []);
     for copies in [1, 4] {
         let parameters = Parameters {
             simulators_per_particle: copies,
             ..ACROSS
         };
-        let mut engine: DsmcEngine<Disks> =
+        let mut engine: DsmcEngine<FallingDisks> =
             DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
                 .between(&boundaries)
                 .start(&state)
@@ -170,25 +165,16 @@ fn an_empty_channel_fills() {
 #[test]
 fn a_long_step_can_be_broken_off() {
     let count = 300;
-    let kind = |radius, mass, count| SpeciesProperties {
-        radius,
-        mass,
-        count,
-    };
-    let kinds = vec![kind(100.0, 1.0, 1), kind(0.01, 1e-3, count - 1)];
-    let scene: Disks = of_kinds(kinds, 1.0, Smooth, no_gravity());
+    let sizes = samples::species([(100.0, 1.0, 1), (0.01, 1e-3, count - 1)]);
+    let scene: FallingDisks = Scene::new(Smooth, law(1.0), sizes, no_gravity());
     let side = 400.0;
-    let state = State {
-        time: 0.0,
-        domain: Domain::periodic(vector![side, side]).expect("a box"),
-        bodies: (0..count)
-            .map(|i| {
-                let turn = i as f64;
-                let place = Vector2::new((37.0 * turn) % side, (61.7 * turn) % side);
-                ParticleState::new(place, vector![turn.cos(), turn.sin()])
-            })
-            .collect(),
+    let body = |i: usize| {
+        let turn = i as f64;
+        let place = Vector2::new((37.0 * turn) % side, (61.7 * turn) % side);
+        (place, vector![turn.cos(), turn.sin()])
     };
+    let domain = Domain::periodic(vector![side, side]).expect("a box");
+    let state = samples::state(domain, (0..count).map(body));
     for scheme in [
         ACROSS.scheme,
         Scheme::Esmc(Neighbourhood::Mean),
@@ -202,8 +188,9 @@ fn a_long_step_can_be_broken_off() {
             steps_per_cell_crossing: 1.0,
             ..ACROSS
         };
-        let mut engine = DsmcEngine::<Disks>::new(&scene, parameters, &state, Streams::new(1, 0))
-            .expect("an engine");
+        let mut engine =
+            DsmcEngine::<FallingDisks>::new(&scene, parameters, &state, Streams::new(1, 0))
+                .expect("an engine");
         let interrupt = Interrupt::default();
         interrupt.raise();
         engine.set_stop_flag(&interrupt);
@@ -237,16 +224,11 @@ impl Restitution for Tenth {
 fn no_partner_of_unequal_disks_is_sought_after_an_interrupt() {
     let sizes = (0..400).map(|i| (if i == 0 { 5.0 } else { 0.5 }, 1.0));
     let law = Tenth::default();
-    let scene = Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: law.clone(),
-        sizes: Polydisperse::new(sizes.collect()).expect("sizes"),
-        field: Free,
-    };
+    let sizes = Polydisperse::new(sizes.collect()).expect("sizes");
+    let scene: Scene<Plane, _, _, _, _> = Scene::new(Smooth, law.clone(), sizes, Free);
     let domain = Domain::periodic(vector![60.0, 60.0]).expect("a box");
-    let state = gas(&scene, domain, 0.0, 400, 1.0, 3);
-    let mut engine: DsmcEngine<Scene<_, _, _, _, _>> =
+    let state = ideal_gas(&scene, domain, 0.0, 400, 1.0, 3);
+    let mut engine: DsmcEngine<_> =
         DsmcEngine::new(&scene, ACROSS, &state, Streams::new(1, 0)).expect("an engine");
     engine.set_stop_flag(&law.0);
     assert!(!engine.advance(1e6, u64::MAX, &mut ()));

@@ -6,17 +6,14 @@ use stosszahl_dsmc::{
     SimulatorWeights, Tracked,
 };
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{FallingDisks, FallingParticles, grains, ideal_gas, no_gravity};
 use stosszahl_model::walls::{Obstacle, ObstacleShape, Vibration};
 use stosszahl_model::{
-    Constant, Face, Free, Gravity, ParticleState, Plane, Polydisperse, Rebound, Rough, Scene,
-    Sizes, Smooth, Space, SpeciesProperties, State, Surface, Volume, Wall, Walls,
+    Face, Gravity, Plane, Rebound, Rough, Scene, Sizes, Smooth, Space, State, Surface, Volume,
+    Wall, Walls, samples,
 };
 
-use crate::support::{
-    Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity, of_kinds, sphere_for_unit_path,
-};
-
-type Disks = Grains<Plane, Smooth>;
+use crate::support::{PARAMETERS, disk_for_unit_path, sphere_for_unit_path};
 
 /// Inflow through the lower face of the first axis.
 fn inflow<S: Space>(density: f64, velocity: S::Vector, temperature: f64) -> Inflow<S> {
@@ -55,12 +52,8 @@ fn a_drifting_gas_stays_uniform() {
         let surface = Rough::new(1.0, Volume::INERTIA).expect("a surface");
         let scene = grains(sphere_for_unit_path(density), 1.0, surface, no_gravity());
         let lengths = vector![8.0, 2.0, 2.5];
-        let state = State {
-            time: 0.0,
-            domain: boundaries.walls.domain(lengths).expect("a box"),
-            bodies: Vec::new(),
-        };
-        let mut engine: DsmcEngine<Grains<Volume, Rough>, Tracked> =
+        let state = samples::state(boundaries.walls.domain(lengths).expect("a box"), []);
+        let mut engine: DsmcEngine<FallingParticles<Volume, Rough>, Tracked> =
             DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
                 .between(&boundaries)
                 .start(&state)
@@ -104,8 +97,8 @@ fn a_drifting_gas_stays_uniform() {
 /// Checks that the ledgers account for the content of the box: to the rounding of sums of some 1e5
 /// terms.
 fn check_ledgers<S: Space, C: Surface<S>, F: DisplacementTracking<S>>(
-    engine: &DsmcEngine<Grains<S, C>, F>,
-    scene: &Grains<S, C>,
+    engine: &DsmcEngine<FallingParticles<S, C>, F>,
+    scene: &FallingParticles<S, C>,
 ) {
     let (mass, momentum, energy) = engine.ledgers().total();
     let (mut there, mut moving, mut heat) = (0.0, S::Vector::default(), 0.0);
@@ -137,8 +130,8 @@ fn without_flux_a_channel_runs_empty() {
     ] {
         let boundaries = channel(vec![stream], Face::Wall(Wall::specular()));
         let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
-        let state = gas::<Disks>(&scene, domain, 0.0, 200, 1.0, 3);
-        let mut engine: DsmcEngine<Disks> =
+        let state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, 200, 1.0, 3);
+        let mut engine: DsmcEngine<FallingDisks> =
             DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
                 .between(&boundaries)
                 .start(&state)
@@ -164,15 +157,13 @@ fn a_supersonic_stream_fills_an_empty_channel() {
     let stream = inflow::<Plane>(density, vector![drift, 0.0], 1.0);
     let boundaries = channel(vec![stream], Face::Wall(Wall::specular()));
     let scene = grains(disk_for_unit_path(density), 1.0, Smooth, no_gravity());
-    let state = State {
-        time: 0.0,
-        domain: boundaries.walls.domain(vector![10.0, 5.0]).expect("a box"),
-        bodies: Vec::new(),
-    };
-    let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
-        .between(&boundaries)
-        .start(&state)
-        .expect("an engine");
+    let domain = boundaries.walls.domain(vector![10.0, 5.0]).expect("a box");
+    let state = samples::state(domain, []);
+    let mut engine: DsmcEngine<FallingDisks> =
+        DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
+            .expect("an engine");
     assert_eq!(engine.simulators(), 0);
     engine.advance(10.0, u64::MAX, &mut ());
     let entered = engine.ledgers().inflows[0].particles;
@@ -209,11 +200,11 @@ fn splits_and_merges_are_fair() {
     let mut thirds = [0.0; 3];
     for seed in 0..gases {
         let domain = boundaries.walls.domain(vector![6.0, 6.0]).expect("a box");
-        let mut state = gas::<Disks>(&scene, domain, 0.0, 10_000, 1.0, seed);
+        let mut state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, 10_000, 1.0, seed);
         for body in &mut state.bodies {
             body.velocity[0] += 1.0;
         }
-        let mut engine: DsmcEngine<Disks> =
+        let mut engine: DsmcEngine<FallingDisks> =
             DsmcEngine::setup(&scene, parameters, Streams::new(seed, 0))
                 .between(&boundaries)
                 .start(&state)
@@ -305,7 +296,7 @@ fn nothing_changes(weights: SimulatorWeights, place: impl Fn(f64) -> f64) {
     let surface = Rough::new(0.5, Plane::INERTIA).expect("a surface");
     let scene = grains(disk_for_unit_path(density), 0.9, surface, field);
     let domain = boundaries.walls.domain(vector![12.0, 5.0]).expect("a box");
-    let mut state = gas(&scene, domain, 0.0, 24_000, 1.0, 4);
+    let mut state = ideal_gas(&scene, domain, 0.0, 24_000, 1.0, 4);
     for body in &mut state.bodies {
         body.position[0] = place(body.position[0]);
     }
@@ -368,8 +359,8 @@ fn streams_that_have_no_meaning_are_refused() {
     let refuse = |stream: Inflow<Plane>| {
         let boundaries = channel(vec![good, stream], Face::Periodic);
         let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
-        let state = gas::<Disks>(&scene, domain, 0.0, 5, 1.0, 3);
-        DsmcEngine::<Disks>::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        let state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, 5, 1.0, 3);
+        DsmcEngine::<FallingDisks>::setup(&scene, PARAMETERS, Streams::new(1, 0))
             .between(&boundaries)
             .start(&state)
             .map(|_| ())
@@ -427,41 +418,15 @@ fn only_species_can_flow() {
     let domain = boundaries.walls.domain(vector![4.0, 3.0]).expect("a box");
     let [first, second] = [1.0, 2.0].map(|x| vector![x, 1.0]);
     let rest = vector![0.0, 0.0];
-    let sizes = Polydisperse::new(vec![(0.1, 1.0), (0.05, 0.5)]).expect("sizes");
-    let individual = Scene {
-        space: Plane,
-        surface: Smooth,
-        restitution: Constant::new(0.9).expect("a coefficient"),
-        sizes,
-        field: Free,
-    };
-    let state = State {
-        time: 0.0,
-        domain,
-        bodies: vec![
-            ParticleState::new(first, rest),
-            ParticleState::new(second, rest),
-        ],
-    };
+    let individual = samples::mixture(0.9, [(0.1, 1.0), (0.05, 0.5)]);
+    let state = samples::state(domain, [(first, rest), (second, rest)]);
     let refused = DsmcEngine::<_>::setup(&individual, PARAMETERS, Streams::new(1, 0))
         .between(&boundaries)
         .start(&state);
     assert!(matches!(refused, Err(DsmcError::Individuals)));
-    let kind = |radius, mass| SpeciesProperties {
-        radius,
-        mass,
-        count: 1,
-    };
-    let kinds = vec![kind(0.01, 1.0), kind(0.02, 0.5)];
-    let species = of_kinds(kinds, 0.9, Smooth, no_gravity());
-    let state = State {
-        time: 0.0,
-        domain,
-        bodies: vec![
-            ParticleState::new(first, rest),
-            ParticleState::new(second, rest),
-        ],
-    };
+    let sizes = samples::species([(0.01, 1.0, 1), (0.02, 0.5, 1)]);
+    let species = Scene::new(Smooth, samples::law(0.9), sizes, no_gravity());
+    let state = samples::state(domain, [(first, rest), (second, rest)]);
     let mut engine = DsmcEngine::<_>::setup(&species, PARAMETERS, Streams::new(1, 0))
         .between(&boundaries)
         .start(&state)
@@ -493,7 +458,7 @@ fn only_species_can_flow() {
 ///
 /// Checks the barometric density and the floor's temperature up to the top, to 2 %. Samples of 4000
 /// simulators in each fifth, renewed in some ten samples, have errors below 0.8 %.
-fn atmosphere(count: f64, weights: SimulatorWeights) -> (DsmcEngine<Disks>, [[f64; 3]; 5]) {
+fn atmosphere(count: f64, weights: SimulatorWeights) -> (DsmcEngine<FallingDisks>, [[f64; 3]; 5]) {
     let height = 10.0;
     let pull = 0.4;
     let floor = Wall::still(Rebound::Diffuse { temperature: 1.0 });
@@ -513,16 +478,17 @@ fn atmosphere(count: f64, weights: SimulatorWeights) -> (DsmcEngine<Disks>, [[f6
         .walls
         .domain(vector![4.0, height])
         .expect("a box");
-    let mut state: State<Disks> = gas(&scene, domain, 0.0, count as usize, 1.0, 8);
+    let mut state: State<FallingDisks> = ideal_gas(&scene, domain, 0.0, count as usize, 1.0, 8);
     for body in &mut state.bodies {
         // Maps uniform numbers to barometric heights.
         let below = body.position[1] / height;
         body.position[1] = -(-below * -(-pull * height).exp_m1()).ln_1p() / pull;
     }
-    let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
-        .between(&boundaries)
-        .start(&state)
-        .expect("an engine");
+    let mut engine: DsmcEngine<FallingDisks> =
+        DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
+            .between(&boundaries)
+            .start(&state)
+            .expect("an engine");
     let samples = 40;
     let mut fifths = [[0.0; 3]; 5];
     for sample in 0..samples {

@@ -5,14 +5,14 @@ use stosszahl_dsmc::{
     BoundaryConditions, DsmcEngine, Parameters, PartnerDisplacement, Scheme, WallClearance,
 };
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{FallingDisks, FallingParticles, grains, ideal_gas, no_gravity};
 use stosszahl_model::walls::{Obstacle, ObstacleShape};
 use stosszahl_model::{
-    Domain, Face, Gravity, ParticleState, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
+    Domain, Face, Gravity, ParticleState, Plane, Rebound, Smooth, Space, State, Volume, Wall,
+    Walls, samples,
 };
 
-use crate::support::{Grains, PARAMETERS, gas, grains, no_gravity, sphere_for_unit_path};
-
-type Disks = Grains<Plane, Smooth>;
+use crate::support::{PARAMETERS, sphere_for_unit_path};
 
 const SPECULAR: Rebound = Rebound::Restitutive {
     restitution: 1.0,
@@ -47,8 +47,12 @@ fn around<S: Space>(obstacles: Vec<Obstacle>, clearance: WallClearance) -> Bound
 }
 
 /// Removes particles that overlap an obstacle from a state.
-fn outside(mut state: State<Disks>, obstacles: &[Obstacle], radius: f64) -> State<Disks> {
-    let is_free = |body: &ParticleState<Disks>| {
+fn outside(
+    mut state: State<FallingDisks>,
+    obstacles: &[Obstacle],
+    radius: f64,
+) -> State<FallingDisks> {
+    let is_free = |body: &ParticleState<FallingDisks>| {
         let mut near = obstacles.iter();
         let lengths = state.domain.lengths();
         !near.any(|obstacle| {
@@ -84,10 +88,10 @@ fn a_gas_around_obstacles_stays_in_equilibrium() {
         let boundaries = around(obstacles.clone(), clearance);
         let scene = grains(0.2, 1.0, Smooth, no_gravity());
         let domain = Domain::periodic(vector![10.0, 10.0]).expect("a box");
-        let all = gas::<Disks>(&scene, domain, 0.0, 20_000, 1.0, 3);
+        let all = ideal_gas::<FallingDisks>(&scene, domain, 0.0, 20_000, 1.0, 3);
         let state = outside(all, &obstacles, radius);
         let count = state.bodies.len() as f64;
-        let mut engine: DsmcEngine<Disks> =
+        let mut engine: DsmcEngine<FallingDisks> =
             DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
                 .between(&boundaries)
                 .start(&state)
@@ -149,14 +153,11 @@ fn nothing_flies_through_an_obstacle() {
     let obstacles = vec![block([4.0, 0.0], [6.0, 10.0], SPECULAR)];
     let boundaries = around(obstacles, WallClearance::Centre);
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
-    let body = ParticleState::new(vector![1.0, 2.0], vector![-1.0, 0.5]);
-    let state = State {
-        time: 0.0,
-        domain: Domain::periodic(vector![10.0, 10.0]).expect("a box"),
-        bodies: vec![body],
-    };
+    let body = (vector![1.0, 2.0], vector![-1.0, 0.5]);
+    let domain = Domain::periodic(vector![10.0, 10.0]).expect("a box");
+    let state = samples::state(domain, [body]);
     for step in [0.25, 7.0, 100.0] {
-        let mut engine: DsmcEngine<Disks> =
+        let mut engine: DsmcEngine<FallingDisks> =
             DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
                 .between(&boundaries)
                 .start(&state)
@@ -191,12 +192,9 @@ fn a_grain_comes_to_rest_on_a_block() {
     };
     let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
     let scene = grains(1.0, 1.0, Smooth, down);
-    let state = State {
-        time: 0.0,
-        domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
-        bodies: vec![ParticleState::new(vector![5.0, 4.0], vector![0.0, 0.0])],
-    };
-    let mut engine: DsmcEngine<Grains<Plane, Smooth>> =
+    let domain = boundaries.walls.domain(vector![10.0, 10.0]).expect("a box");
+    let state = samples::state(domain, [(vector![5.0, 4.0], vector![0.0, 0.0])]);
+    let mut engine: DsmcEngine<FallingDisks> =
         DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
             .between(&boundaries)
             .start(&state)
@@ -229,12 +227,9 @@ fn a_grain_slides_down_a_slope() {
     let scene = grains(1.0, 1.0, Smooth, down);
     let aside = 0.5_f64.sqrt() * (0.5 + 1e-9);
     let begin = vector![3.0 + aside, 7.0 + aside];
-    let state = State {
-        time: 0.0,
-        domain: boundaries.walls.domain(vector![10.0, 10.0]).expect("a box"),
-        bodies: vec![ParticleState::new(begin, vector![0.0, 0.0])],
-    };
-    let mut engine: DsmcEngine<Grains<Plane, Smooth>> =
+    let domain = boundaries.walls.domain(vector![10.0, 10.0]).expect("a box");
+    let state = samples::state(domain, [(begin, vector![0.0, 0.0])]);
+    let mut engine: DsmcEngine<FallingDisks> =
         DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
             .between(&boundaries)
             .start(&state)
@@ -287,8 +282,8 @@ fn grains_come_to_rest_in_wedges() {
         let down = Gravity::<Plane>::new(vector![0.0, -1.0]).expect("finite");
         let scene = grains(0.2, 1.0, Smooth, down);
         let domain = boundaries.walls.domain(vector![10.0, 10.0]);
-        let mut state: State<Grains<Plane, Smooth>> =
-            gas(&scene, domain.expect("a box"), 0.1, 200, 1.0, 3);
+        let mut state: State<FallingDisks> =
+            ideal_gas(&scene, domain.expect("a box"), 0.1, 200, 1.0, 3);
         for body in &mut state.bodies {
             body.position[1] = 6.0 + 0.3 * body.position[1];
         }
@@ -305,7 +300,7 @@ fn grains_come_to_rest_in_wedges() {
         } else {
             0.0
         };
-        let energy = |state: &State<Grains<Plane, Smooth>>| {
+        let energy = |state: &State<FallingDisks>| {
             let heights = state.bodies.iter().map(|body| body.position[1]);
             state.kinetic_energy(&scene) + heights.sum::<f64>()
         };
@@ -342,7 +337,8 @@ fn spheres_flow_around_a_cylinder() {
     let density = 100.0;
     let scene = grains(sphere_for_unit_path(density), 1.0, Smooth, no_gravity());
     let domain = Domain::periodic(vector![6.0, 6.0, 3.0]).expect("a box");
-    let mut state: State<Grains<Volume, Smooth>> = gas(&scene, domain, 0.0, 10_000, 1.0, 3);
+    let mut state: State<FallingParticles<Volume, Smooth>> =
+        ideal_gas(&scene, domain, 0.0, 10_000, 1.0, 3);
     let from_axis = |position: Vector3<f64>| (position.xy() - Vector2::new(3.0, 3.0)).norm();
     state.bodies.retain(|body| from_axis(body.position) > 1.5);
     let mut engine: DsmcEngine<_> = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
@@ -362,7 +358,7 @@ fn spheres_flow_around_a_cylinder() {
 fn a_grain_inside_an_obstacle_is_named() {
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
     let domain = Domain::periodic(vector![10.0, 10.0]).expect("a box");
-    let mut state = State::<Disks> {
+    let mut state = State::<FallingDisks> {
         time: 0.0,
         domain,
         bodies: vec![
@@ -370,9 +366,9 @@ fn a_grain_inside_an_obstacle_is_named() {
             ParticleState::new(vector![7.05, 5.0], vector![0.0, 0.0]),
         ],
     };
-    let start = |state: &State<Disks>, obstacles, clearance| {
+    let start = |state: &State<FallingDisks>, obstacles, clearance| {
         let boundaries = around(obstacles, clearance);
-        DsmcEngine::<Disks>::setup(&scene, PARAMETERS, Streams::new(1, 0))
+        DsmcEngine::<FallingDisks>::setup(&scene, PARAMETERS, Streams::new(1, 0))
             .between(&boundaries)
             .start(state)
             .map(|_| ())
@@ -403,17 +399,18 @@ fn default_cells_follow_the_free_area() {
     let scene = grains(0.1, 1.0, Smooth, no_gravity());
     let domain = Domain::<Plane>::periodic(vector![40.0, 40.0]).expect("a box");
     let bodies = vec![block([10.0, 0.0], [40.0, 40.0], SPECULAR)];
-    let state = outside(gas(&scene, domain, 0.0, 4000, 1.0, 1), &bodies, 0.05);
+    let state = outside(ideal_gas(&scene, domain, 0.0, 4000, 1.0, 1), &bodies, 0.05);
     let parameters = Parameters {
         cell_size: None,
         ..PARAMETERS
     };
     for (clearance, width) in [(WallClearance::Centre, 10.0), (WallClearance::Radius, 9.9)] {
         let boundaries = around(bodies.clone(), clearance);
-        let engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
-            .between(&boundaries)
-            .start(&state)
-            .expect("an engine");
+        let engine: DsmcEngine<FallingDisks> =
+            DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
+                .between(&boundaries)
+                .start(&state)
+                .expect("an engine");
         let packing = state.bodies.len() as f64 * Plane::particle_volume(0.05) / (40.0 * width);
         let wanted = parameters.cells(&domain, packing, 0.1);
         let found = engine.grid().counts().map(|count| count as usize);
@@ -428,7 +425,7 @@ fn default_cells_follow_the_free_area() {
 fn counts_by_cell_add_up() {
     let scene = grains(1.0, 0.9, Smooth, no_gravity());
     let domain = Domain::periodic(vector![20.0, 20.0]).expect("a box");
-    let state = gas::<Disks>(&scene, domain, 0.0, 150, 1.0, 3);
+    let state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, 150, 1.0, 3);
     for (scheme, displacement) in [
         (Scheme::Boltzmann, PartnerDisplacement::Diameter),
         (
@@ -442,7 +439,7 @@ fn counts_by_cell_add_up() {
             cell_size: Some(2.0),
             ..PARAMETERS
         };
-        let mut engine: DsmcEngine<Disks> =
+        let mut engine: DsmcEngine<FallingDisks> =
             DsmcEngine::new(&scene, parameters, &state, Streams::new(1, 0)).expect("an engine");
         assert!(engine.take_cell_counts().is_empty());
         engine.count_cells();

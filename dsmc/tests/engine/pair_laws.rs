@@ -1,16 +1,14 @@
 //! Restitution laws of pairs of species apply to the right pairs, however the gas is stored.
 
 use nalgebra::Vector3;
-use rand::{RngExt, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
 use stosszahl_dsmc::{
     BoundaryConditions, CellGas, Neighbourhood, Parameters, PartnerDisplacement, Scheme,
     SimulatorStart, simulate,
 };
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{ideal_particles, law, species};
 use stosszahl_model::{
-    Budget, Collision, Constant, Law, Observer, Particle, ParticleSpec, Particles, PerPair,
-    Polydisperse, SizeDistribution, Species, SpeciesProperties,
+    Budget, Collision, Observer, ParticleSpec, PerPair, Polydisperse, SizeDistribution,
 };
 
 /// Restitution by the species of both particles, and collision numbers of each pair of species.
@@ -34,15 +32,9 @@ impl Observer for Laws {
 #[test]
 fn copies_of_species_keep_their_laws() {
     let sizes = [(0.5, 1.0), (0.3, 0.2)];
-    let law =
-        |number: usize| Law::from(Constant::new(COEFFICIENTS[number]).expect("a coefficient"));
-    let laws = PerPair::new(2, [0, 1, 1, 2].map(law).into()).expect("a table");
-    let kind = |(radius, mass)| SpeciesProperties {
-        radius,
-        mass,
-        count: 100,
-    };
-    let species = Species::new(sizes.map(kind).into()).expect("species");
+    let laws = [0, 1, 1, 2].map(|number: usize| law(COEFFICIENTS[number]));
+    let laws = PerPair::new(2, laws.into()).expect("a table");
+    let species = species(sizes.map(|(radius, mass)| (radius, mass, 100)));
     let list: Vec<_> = (0..200).map(|index| sizes[index / 100]).collect();
     let each = Polydisperse::new(list).expect("sizes");
     let each = each
@@ -64,26 +56,7 @@ fn copies_of_species_keep_their_laws() {
             shear_offset: 0.0,
             is_bounded: false,
         };
-        let mut stream = Xoshiro256PlusPlus::seed_from_u64(7);
-        let mut vector = |width: f64| {
-            let mut vector = Vector3::zeros();
-            for axis in 0..dimension {
-                vector[axis] = width * stream.random::<f64>();
-            }
-            vector
-        };
-        let particle = |_| Particle {
-            position: vector(20.0),
-            velocity: vector(1.0),
-            ..Particle::at_rest(0.5, 1.0)
-        };
-        let start = Particles {
-            time: 0.0,
-            dimension,
-            lengths: [20.0, 20.0, if dimension == 3 { 20.0 } else { 0.0 }],
-            periodic: [true; 3],
-            all: (0..200).map(particle).collect(),
-        };
+        let start = ideal_particles(dimension, 20.0, 200, 7);
         let gas = CellGas {
             grains: &grains,
             parameters: Parameters {

@@ -5,15 +5,11 @@ use stosszahl_dsmc::{
     Simulator, SimulatorStart, Tracked,
 };
 use stosszahl_model::random::{Purpose, Streams};
-use stosszahl_model::{
-    Domain, ParticleModel, ParticleState, Plane, Rough, Space, State, Surface, Vector, VectorOf,
-    Volume, initial,
-};
+use stosszahl_model::samples::{FallingParticles, grains, ideal_gas, no_gravity};
+use stosszahl_model::{Domain, ParticleState, Plane, Rough, Space, State, Vector, Volume, initial};
 use stosszahl_theory::{RoughGas, Temperatures};
 
-use crate::support::{Grains, grains, no_gravity};
-
-type Gas<S> = Grains<S, Rough>;
+type Gas<S> = FallingParticles<S, Rough>;
 type Spinning<S> = DsmcEngine<Gas<S>, Tracked>;
 
 const PARAMETERS: Parameters = Parameters {
@@ -40,28 +36,11 @@ fn theory<S: Space>(gas: &Gas<S>) -> RoughGas {
 
 /// Points in a box of the gas's density, with Maxwellian velocities and spins.
 fn start<S: Space>(gas: &Gas<S>, count: usize, temperatures: Temperatures) -> State<Gas<S>> {
-    let streams = Streams::new(11, 0);
     let side = (count as f64 / DENSITY).powf(1.0 / S::DIMENSION as f64);
-    let mut stream = streams.stream_at(Purpose::Placement, [0, 0]);
-    let mut anywhere = || {
-        use rand::RngExt;
-        S::from_components(|_| side * stream.random::<f64>())
-    };
-    let mut state = State {
-        time: 0.0,
-        domain: Domain::periodic(S::from_components(|_| side)).expect("a box"),
-        bodies: (0..count)
-            .map(|_| ParticleState::new(anywhere(), VectorOf::<Gas<S>>::default()))
-            .collect(),
-    };
-    let mut stream = streams.stream_at(Purpose::Velocities, [0, 0]);
-    initial::maxwellian(gas, &mut state, temperatures.translation, &mut stream);
-    let mut stream = streams.stream_at(Purpose::Spins, [0, 0]);
-    for body in &mut state.bodies {
-        let surface: &Rough = gas.surface();
-        body.spin =
-            Surface::<S>::thermal_spin(surface, temperatures.rotation, 1.0, 0.5, &mut stream);
-    }
+    let domain = Domain::periodic(S::from_components(|_| side)).expect("a box");
+    let mut state = ideal_gas(gas, domain, 0.0, count, temperatures.translation, 11);
+    let mut stream = Streams::new(11, 0).stream_at(Purpose::Spins, [0, 0]);
+    initial::thermal_spins(gas, &mut state, temperatures.rotation, &mut stream);
     state
 }
 

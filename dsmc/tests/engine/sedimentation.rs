@@ -4,14 +4,14 @@
 use nalgebra::vector;
 use stosszahl_dsmc::{BoundaryConditions, DsmcEngine, Parameters, Tracked};
 use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::samples::{FallingParticles, ideal_gas};
 use stosszahl_model::{
-    Face, Gravity, ParticleModel, Rough, Sizes, SpeciesProperties, State, Surface, Volume, Wall,
-    Walls,
+    Face, Gravity, Rough, Scene, Sizes, State, Volume, Wall, Walls, initial, samples,
 };
 
-use crate::support::{Grains, PARAMETERS, gas, of_kinds, sphere_for_unit_path};
+use crate::support::{PARAMETERS, sphere_for_unit_path};
 
-type Column = Grains<Volume, Rough>;
+type Column = FallingParticles<Volume, Rough>;
 
 /// Height of the column \[mean free paths\].
 const HEIGHT: f64 = 10.0;
@@ -72,14 +72,11 @@ fn final_temperature(species: &[Species], start: f64) -> f64 {
 }
 
 fn column(species: &[Species]) -> Column {
-    let kinds = species.iter().map(|one| SpeciesProperties {
-        radius: 0.5 * one.diameter,
-        mass: one.mass,
-        count: one.count,
-    });
+    let kinds = species.iter();
+    let sizes = samples::species(kinds.map(|one| (0.5 * one.diameter, one.mass, one.count)));
     let surface = Rough::new(1.0, 0.4).expect("a surface");
     let field = Gravity::new(vector![0.0, 0.0, -PULL]).expect("finite");
-    of_kinds(kinds.collect(), 1.0, surface, field)
+    Scene::new(surface, samples::law(1.0), sizes, field)
 }
 
 /// Results of a falling column: temperature after 10 mean free times, and means of temperature and
@@ -106,14 +103,9 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
     };
     let domain = boundaries.walls.domain(vector![0.5, 0.5, HEIGHT]);
     let count = species.iter().map(|kind| kind.count).sum::<usize>();
-    let mut state: State<Column> = gas(&scene, domain.expect("a box"), 0.0, count, start, 1);
+    let mut state: State<Column> = ideal_gas(&scene, domain.expect("a box"), 0.0, count, start, 1);
     let mut stream = Streams::new(1, 0).stream_at(Purpose::Spins, [0, 0]);
-    for (index, body) in state.bodies.iter_mut().enumerate() {
-        let tag = scene.sizes.tag_of(index);
-        let (mass, radius) = (scene.sizes.mass(tag), scene.sizes.radius(tag));
-        let surface: &Rough = scene.surface();
-        body.spin = Surface::<Volume>::thermal_spin(surface, start, mass, radius, &mut stream);
-    }
+    initial::thermal_spins(&scene, &mut state, start, &mut stream);
     let parameters = Parameters {
         cell_size: Some(0.5),
         steps_per_cell_crossing: 1.0,

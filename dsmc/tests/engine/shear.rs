@@ -1,17 +1,14 @@
 //! Uniform shear flow: energy balance of collisions, stress of dilute gases, density windows, and
 //! bytes of resumed runs.
 
-use nalgebra::Vector3;
-use rand::RngExt;
-use rand_distr::StandardNormal;
 use stosszahl_dsmc::{
     BoundaryConditions, CellGas, CheckpointSource, Neighbourhood, Parameters, PartnerDisplacement,
     Scheme, resume, simulate,
 };
-use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{ideal_particles, law};
 use stosszahl_model::{
-    Budget, Collision, Constant, Observer, Particle, ParticleSpec, Particles, Rough, Simulation,
-    Volume,
+    Budget, Collision, Observer, ParticleSpec, Particles, Rough, Simulation, Volume,
 };
 
 /// Shear flow of particles of diameter one in a cube or square: rate, dimension, packing fraction,
@@ -37,47 +34,13 @@ impl Flow {
 
     /// Random positions and velocities of temperature one, without net momentum.
     fn start(self) -> Particles {
-        let mut stream = Streams::new(7, 0).stream_at(Purpose::Placement, [0, 0]);
-        let side = self.side();
-        let mut vector = |scale: f64, axes: usize| {
-            Vector3::from_fn(|axis, _| {
-                if axis < axes {
-                    scale * stream.random::<f64>()
-                } else {
-                    0.0
-                }
-            })
-        };
-        let mut all: Vec<Particle> = (0..self.count)
-            .map(|_| Particle {
-                position: vector(side, self.dimension),
-                ..Particle::at_rest(0.5, 1.0)
-            })
-            .collect();
-        let mut speeds = Streams::new(8, 0).stream_at(Purpose::Velocities, [0, 0]);
-        for particle in &mut all {
-            for axis in 0..self.dimension {
-                particle.velocity[axis] = speeds.sample(StandardNormal);
-            }
-        }
-        let mean = all.iter().map(|one| one.velocity).sum::<Vector3<f64>>() / self.count as f64;
-        for particle in &mut all {
-            particle.velocity -= mean;
-        }
-        let third = if self.dimension == 3 { side } else { 0.0 };
-        Particles {
-            time: 0.0,
-            dimension: self.dimension,
-            lengths: [side, side, third],
-            periodic: [true; 3],
-            all,
-        }
+        ideal_particles(self.dimension, self.side(), self.count, 7)
     }
 
     fn grains(self, restitution: f64) -> ParticleSpec {
         ParticleSpec {
             shear_rate: Some(self.rate),
-            ..ParticleSpec::equal(0.5, 1.0, Constant::new(restitution).expect("a coefficient"))
+            ..ParticleSpec::equal(0.5, 1.0, law(restitution))
         }
     }
 }

@@ -5,14 +5,13 @@ use stosszahl_dsmc::{
     BoundaryConditions, DsmcEngine, DsmcError, Neighbourhood, Parameters, Scheme, WallClearance,
 };
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{FallingDisks, FallingParticles, grains, ideal_gas, no_gravity};
 use stosszahl_model::walls::{Obstacle, ObstacleShape};
 use stosszahl_model::{
     Collision, Domain, Face, Observer, Plane, Rebound, Smooth, Space, State, Volume, Wall, Walls,
 };
 
-use crate::support::{Grains, PARAMETERS, gas, grains, no_gravity};
-
-type Disks = Grains<Plane, Smooth>;
+use crate::support::PARAMETERS;
 
 const SPECULAR: Rebound = Rebound::Restitutive {
     restitution: 1.0,
@@ -74,14 +73,14 @@ fn two_gases(
     counts: [usize; 2],
     temperatures: [f64; 2],
     seed: u64,
-) -> State<Disks> {
+) -> State<FallingDisks> {
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
     let boundaries = channel(Vec::new(), WallClearance::Centre);
     let domain = boundaries.walls.domain(vector![12.0, 8.0]).expect("a box");
     let mut sides = [0, 1].map(|side| {
         // Ten times as many as needed: those on the other side are dropped.
         let many = 10 * counts[side];
-        let mut all = gas::<Disks>(
+        let mut all = ideal_gas::<FallingDisks>(
             &scene,
             domain,
             margin,
@@ -108,7 +107,7 @@ fn two_gases(
 }
 
 /// Number and energy below and above the partition.
-fn by_side(state: &State<Disks>, partition: &dyn Fn(f64) -> f64) -> [[f64; 2]; 2] {
+fn by_side(state: &State<FallingDisks>, partition: &dyn Fn(f64) -> f64) -> [[f64; 2]; 2] {
     let mut sums = [[0.0; 2]; 2];
     for body in &state.bodies {
         let side = usize::from(body.position[1] > partition(body.position[0]));
@@ -154,10 +153,11 @@ fn no_energy_goes_through_a_partition() {
                     ..PARAMETERS
                 };
                 let streams = Streams::new(1, 0);
-                let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
-                    .between(&boundaries)
-                    .start(&state)
-                    .expect("an engine");
+                let mut engine: DsmcEngine<FallingDisks> =
+                    DsmcEngine::setup(&scene, parameters, streams)
+                        .between(&boundaries)
+                        .start(&state)
+                        .expect("an engine");
                 engine.advance(1.0, u64::MAX, &mut ());
                 assert!(engine.tally().collisions > 2000, "{:?}", engine.tally());
                 let [before, after] =
@@ -208,7 +208,7 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
                     0.0
                 };
                 let counts = [320, 160];
-                let sets: Vec<State<Disks>> = (0..SETS)
+                let sets: Vec<State<FallingDisks>> = (0..SETS)
                     .map(|set| {
                         let seed = 10 + 2 * u64::from(set);
                         two_gases(&height, thickness, margin, counts, [1.0, 1.0], seed)
@@ -221,10 +221,11 @@ fn each_side_has_the_collision_rate_of_its_own_density() {
                     ..PARAMETERS
                 };
                 let streams = Streams::new(1, 0);
-                let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
-                    .between(&boundaries)
-                    .start_sets(&sets)
-                    .expect("an engine");
+                let mut engine: DsmcEngine<FallingDisks> =
+                    DsmcEngine::setup(&scene, parameters, streams)
+                        .between(&boundaries)
+                        .start_sets(&sets)
+                        .expect("an engine");
                 // Relaxes from the start, which leaves a margin at bends, to a uniform density.
                 engine.advance(3.0, u64::MAX, &mut ());
                 let mut sides = Sides {
@@ -301,17 +302,18 @@ fn a_partition_shields_a_gas_from_a_sliding_wall() {
             .map(|replica| {
                 let scene = grains(0.0625, 1.0, Smooth, no_gravity());
                 let domain = boundaries.walls.domain(vector![40.0, 40.0]).expect("a box");
-                let mut state = gas::<Disks>(&scene, domain, 0.5, 6400, 1.0, replica);
+                let mut state = ideal_gas::<FallingDisks>(&scene, domain, 0.5, 6400, 1.0, replica);
                 state.bodies.retain(|body| !obstacle.holds(body.position));
                 let parameters = Parameters {
                     cell_size: Some(2.0),
                     ..PARAMETERS
                 };
                 let streams = Streams::new(replica, 0);
-                let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
-                    .between(&boundaries)
-                    .start(&state)
-                    .expect("an engine");
+                let mut engine: DsmcEngine<FallingDisks> =
+                    DsmcEngine::setup(&scene, parameters, streams)
+                        .between(&boundaries)
+                        .start(&state)
+                        .expect("an engine");
                 let (mut momentum, mut count) = (0.0, 0.0);
                 engine.advance(100.0, u64::MAX, &mut ());
                 for sample in 1..=20 {
@@ -351,7 +353,7 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
     let boundaries = channel(obstacles.clone(), WallClearance::Centre);
     let scene = grains(0.02, 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![12.0, 8.0]).expect("a box");
-    let mut state = gas::<Disks>(&scene, domain, 0.0, 25_000, 1.0, 3);
+    let mut state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, 25_000, 1.0, 3);
     (state.bodies).retain(|body| {
         obstacles
             .iter()
@@ -365,10 +367,11 @@ fn sub_cells_give_the_same_bytes_for_any_number_of_threads() {
                 ..PARAMETERS
             };
             let streams = Streams::new(1, 0);
-            let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, parameters, streams)
-                .between(&boundaries)
-                .start(&state)
-                .expect("an engine");
+            let mut engine: DsmcEngine<FallingDisks> =
+                DsmcEngine::setup(&scene, parameters, streams)
+                    .between(&boundaries)
+                    .start(&state)
+                    .expect("an engine");
             if let Some(tile) = tile {
                 engine.retile(tile);
             }
@@ -399,14 +402,14 @@ fn no_energy_goes_through_a_plate_in_space() {
     };
     let scene = grains::<Volume, _>(0.4, 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![6.0, 5.0, 4.0]);
-    let mut state = gas(&scene, domain.expect("a box"), 0.2, 1500, 1.0, 3);
+    let mut state = ideal_gas(&scene, domain.expect("a box"), 0.2, 1500, 1.0, 3);
     let height = |x: f64| 2.3 + 0.4 * x / 6.0;
     state.bodies.retain(
-        |body: &stosszahl_model::ParticleState<Grains<Volume, Smooth>>| {
+        |body: &stosszahl_model::ParticleState<FallingParticles<Volume, Smooth>>| {
             (body.position[1] - height(body.position[0])).abs() > 0.21
         },
     );
-    let above = |body: &stosszahl_model::ParticleState<Grains<Volume, Smooth>>| {
+    let above = |body: &stosszahl_model::ParticleState<FallingParticles<Volume, Smooth>>| {
         body.position[1] > height(body.position[0])
     };
     for body in state.bodies.iter_mut().filter(|body| above(body)) {
@@ -418,14 +421,14 @@ fn no_energy_goes_through_a_plate_in_space() {
             ..PARAMETERS
         };
         let streams = Streams::new(1, 0);
-        let mut engine: DsmcEngine<Grains<Volume, Smooth>> =
+        let mut engine: DsmcEngine<FallingParticles<Volume, Smooth>> =
             DsmcEngine::setup(&scene, parameters, streams)
                 .between(&boundaries)
                 .start(&state)
                 .expect("an engine");
         engine.advance(2.0, u64::MAX, &mut ());
         assert!(engine.tally().collisions > 1000, "{:?}", engine.tally());
-        let energy = |state: &State<Grains<Volume, Smooth>>| -> f64 {
+        let energy = |state: &State<FallingParticles<Volume, Smooth>>| -> f64 {
             let cold = state.bodies.iter().filter(|body| above(body));
             cold.map(|body| body.velocity.norm_squared()).sum()
         };
@@ -437,7 +440,7 @@ fn no_energy_goes_through_a_plate_in_space() {
 fn refusal(obstacles: Vec<Obstacle>, parameters: Parameters) -> DsmcError {
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
     let domain = Domain::periodic(vector![12.0, 8.0]).expect("a box");
-    let mut state = gas::<Disks>(&scene, domain, 0.0, 50, 1.0, 3);
+    let mut state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, 50, 1.0, 3);
     (state.bodies).retain(|body| {
         obstacles
             .iter()
@@ -447,7 +450,7 @@ fn refusal(obstacles: Vec<Obstacle>, parameters: Parameters) -> DsmcError {
         obstacles,
         ..BoundaryConditions::default()
     };
-    let engine = DsmcEngine::<Disks>::setup(&scene, parameters, Streams::new(1, 0))
+    let engine = DsmcEngine::<FallingDisks>::setup(&scene, parameters, Streams::new(1, 0))
         .between(&boundaries)
         .start(&state);
     engine.err().expect("a refusal")
@@ -480,7 +483,7 @@ fn bodies_that_cannot_be_told_apart_are_refused() {
         .and_then(|number| number.parse().ok())
         .expect("a size");
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
-    let state = State::<Disks> {
+    let state = State::<FallingDisks> {
         time: 0.0,
         domain: Domain::periodic(vector![12.0, 8.0]).expect("a box"),
         bodies: Vec::new(),
@@ -494,7 +497,7 @@ fn bodies_that_cannot_be_told_apart_are_refused() {
         ..PARAMETERS
     };
     let streams = Streams::new(1, 0);
-    DsmcEngine::<Disks>::setup(&scene, smaller, streams)
+    DsmcEngine::<FallingDisks>::setup(&scene, smaller, streams)
         .between(&boundaries)
         .start(&state)
         .expect("cells that do");
@@ -541,19 +544,19 @@ fn a_closed_ring_holds_its_gas_apart() {
     let inside = |at: Vector2<f64>| filled.holds(at);
     let scene = grains(0.2, 1.0, Smooth, no_gravity());
     let domain = boundaries.walls.domain(vector![12.0, 8.0]).expect("a box");
-    let mut state = gas::<Disks>(&scene, domain, 0.0, 3000, 1.0, 3);
+    let mut state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, 3000, 1.0, 3);
     (state.bodies).retain(|body| filled.clearance(body.position).abs() > 1e-6);
     for body in &mut state.bodies {
         body.velocity *= if inside(body.position) { 10.0 } else { 1.0 };
     }
     let streams = Streams::new(1, 0);
-    let mut engine: DsmcEngine<Disks> = DsmcEngine::setup(&scene, PARAMETERS, streams)
+    let mut engine: DsmcEngine<FallingDisks> = DsmcEngine::setup(&scene, PARAMETERS, streams)
         .between(&boundaries)
         .start(&state)
         .expect("an engine");
     engine.advance(1.0, u64::MAX, &mut ());
     assert!(engine.tally().collisions > 1000, "{:?}", engine.tally());
-    let energy = |state: &State<Disks>| -> f64 {
+    let energy = |state: &State<FallingDisks>| -> f64 {
         let hot = state.bodies.iter().filter(|body| inside(body.position));
         hot.map(|body| body.velocity.norm_squared()).sum()
     };

@@ -7,14 +7,14 @@ use stosszahl_dsmc::{
     Scheme, SimulatorWeights, Tracked, WallClearance,
 };
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{FallingDisks, FallingParticles, grains, ideal_gas, no_gravity};
 use stosszahl_model::walls::Vibration;
 use stosszahl_model::{
     Domain, Face, Gravity, ParticleState, Plane, Rebound, Rough, Smooth, Space, State, Wall, Walls,
+    samples,
 };
 
-use crate::support::{Grains, PARAMETERS, disk_for_unit_path, gas, grains, no_gravity};
-
-type Disks = Grains<Plane, Smooth>;
+use crate::support::{PARAMETERS, disk_for_unit_path};
 
 fn between(faces: [[Face<Plane>; 2]; 2]) -> BoundaryConditions<Plane> {
     BoundaryConditions {
@@ -37,12 +37,8 @@ fn alone(
     field: Gravity<Plane>,
     position: Vector2<f64>,
     velocity: Vector2<f64>,
-) -> DsmcEngine<Disks> {
-    let state = State {
-        time: 0.0,
-        domain: domain(boundaries, [10.0, 10.0]),
-        bodies: vec![ParticleState::new(position, velocity)],
-    };
+) -> DsmcEngine<FallingDisks> {
+    let state = samples::state(domain(boundaries, [10.0, 10.0]), [(position, velocity)]);
     let scene = grains(1.0, 1.0, Smooth, field);
     DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
         .between(boundaries)
@@ -59,7 +55,7 @@ fn a_specular_box_is_an_equilibrium() {
     let boundaries = boxed(Wall::specular());
     let scene = grains(disk_for_unit_path(50.0), 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [20.0, 20.0]);
-    let mut state = gas::<Disks>(&scene, domain, 0.0, count, 1.0, 1);
+    let mut state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, count, 1.0, 1);
     for body in &mut state.bodies {
         body.velocity = vector![body.velocity.norm().copysign(body.velocity[0]), 0.0];
         body.position[0] *= 0.5;
@@ -68,7 +64,7 @@ fn a_specular_box_is_an_equilibrium() {
         .between(&boundaries)
         .start(&state)
         .expect("an engine");
-    let _: &DsmcEngine<Disks> = &engine;
+    let _: &DsmcEngine<FallingDisks> = &engine;
     engine.advance(100.0, u64::MAX, &mut ());
     let end = engine.state();
     assert_eq!(end.bodies.len(), count);
@@ -106,12 +102,12 @@ fn diffuse_walls_give_their_temperature_and_velocity() {
     let boundaries = between([[Face::Periodic; 2], [Face::Wall(wall); 2]]);
     let scene = grains(disk_for_unit_path(200.0), 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [20.0, 5.0]);
-    let state = gas::<Disks>(&scene, domain, 0.0, count, 1.0, 2);
+    let state = ideal_gas::<FallingDisks>(&scene, domain, 0.0, count, 1.0, 2);
     let mut engine = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
         .between(&boundaries)
         .start(&state)
         .expect("an engine");
-    let _: &DsmcEngine<Disks> = &engine;
+    let _: &DsmcEngine<FallingDisks> = &engine;
     let (mut drift, mut temperature, mut at_walls) = (0.0, 0.0, [0.0; 2]);
     for sample in 0..10 {
         engine.advance(100.0 + 10.0 * f64::from(sample), u64::MAX, &mut ());
@@ -159,7 +155,7 @@ fn ledgers_close() {
     let field = Gravity::new(vector![0.1, -0.5]).expect("finite");
     let scene = grains(0.1, 1.0, surface, field);
     let domain = domain(&boundaries, [10.0, 8.0]);
-    let state = gas(&scene, domain, 0.5, count, 1.0, 3);
+    let state = ideal_gas(&scene, domain, 0.5, count, 1.0, 3);
     let streams = Streams::new(1, 0);
     let mut engine: DsmcEngine<_, Tracked> = DsmcEngine::setup(&scene, PARAMETERS, streams)
         .between(&boundaries)
@@ -176,7 +172,7 @@ fn ledgers_close() {
         "{change} {weight} {momentum}"
     );
     let total = |state: &State<_>| {
-        let fallen = |body: &ParticleState<Grains<Plane, Rough>>| {
+        let fallen = |body: &ParticleState<FallingParticles<Plane, Rough>>| {
             0.1 * body.position[0] - 0.5 * body.position[1]
         };
         let potential = -state.bodies.iter().map(fallen).sum::<f64>();
@@ -213,7 +209,7 @@ fn density_is_that_of_the_room() {
         let scene = grains(1.0, 1.0, Smooth, no_gravity());
         let domain = domain(&boundaries, [10.0, 10.0]);
         let aside = insets[1];
-        let mut state = gas::<Disks>(&scene, domain, aside, count, 1.0, 5);
+        let mut state = ideal_gas::<FallingDisks>(&scene, domain, aside, count, 1.0, 5);
         // A quarter of a period: half of the amplitude.
         state.time = 2.5e8;
         let height = 10.0 - insets[0] - insets[1];
@@ -229,7 +225,7 @@ fn density_is_that_of_the_room() {
             .between(&boundaries)
             .start(&state)
             .expect("an engine");
-        let _: &DsmcEngine<Disks> = &engine;
+        let _: &DsmcEngine<FallingDisks> = &engine;
         engine.advance(state.time + 1.0, u64::MAX, &mut ());
         let packing = count as f64 * Plane::particle_volume(0.5) / ((10.0 - 2.0 * aside) * height);
         let pairs = 0.5 * (count - 1) as f64 * Plane::collision_rate(packing, 1.0);
@@ -254,15 +250,15 @@ fn folded(x: f64, length: f64) -> f64 {
 #[test]
 fn flight_between_walls_is_that_of_mirror_images() {
     let boundaries = boxed(Wall::specular());
-    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
+    let scene: FallingDisks = grains(1.0, 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [10.0, 10.0]);
-    let state = gas(&scene, domain, 0.0, 300, 1.0, 6);
+    let state = ideal_gas(&scene, domain, 0.0, 300, 1.0, 6);
     let parameters = Parameters {
         scheme: Scheme::Collisionless,
         ..PARAMETERS
     };
     for (step, per_tile) in [(0.25, 1), (0.25, 100_000), (30.0, 30)] {
-        let mut engine: DsmcEngine<Disks> =
+        let mut engine: DsmcEngine<FallingDisks> =
             DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
                 .between(&boundaries)
                 .start(&state)
@@ -294,9 +290,9 @@ fn bouncing_is_periodic() {
     let boundaries = between([[Face::Periodic; 2], [Face::Wall(Wall::specular()); 2]]);
     let pull = 2.0;
     let field = Gravity::<Plane>::new(vector![0.0, -pull]).expect("finite");
-    let scene: Disks = grains(1.0, 1.0, Smooth, field);
+    let scene: FallingDisks = grains(1.0, 1.0, Smooth, field);
     let domain = domain(&boundaries, [10.0, 10.0]);
-    let mut state = gas(&scene, domain, 0.0, 300, 1.0, 6);
+    let mut state = ideal_gas(&scene, domain, 0.0, 300, 1.0, 6);
     for body in &mut state.bodies {
         body.position[1] *= 0.3;
     }
@@ -305,7 +301,7 @@ fn bouncing_is_periodic() {
         ..PARAMETERS
     };
     for (step, per_tile) in [(0.0625, 1), (0.25, 30), (20.0, 100_000)] {
-        let mut engine: DsmcEngine<Disks> =
+        let mut engine: DsmcEngine<FallingDisks> =
             DsmcEngine::setup(&scene, parameters, Streams::new(1, 0))
                 .between(&boundaries)
                 .start(&state)
@@ -411,12 +407,12 @@ fn a_wall_faster_than_the_grains_leaves_none_behind() {
     ]);
     let scene = grains(0.1, 0.9, Smooth, no_gravity());
     let domain = domain(&boundaries, [10.0, 10.0]);
-    let state = gas::<Disks>(&scene, domain, 2.5, 500, 1e-2, 3);
+    let state = ideal_gas::<FallingDisks>(&scene, domain, 2.5, 500, 1e-2, 3);
     let mut engine = DsmcEngine::setup(&scene, PARAMETERS, Streams::new(1, 0))
         .between(&boundaries)
         .start(&state)
         .expect("an engine");
-    let _: &DsmcEngine<Disks> = &engine;
+    let _: &DsmcEngine<FallingDisks> = &engine;
     for sample in 1..=50 {
         let time = 0.37 * f64::from(sample);
         engine.advance(time, u64::MAX, &mut ());
@@ -449,7 +445,7 @@ fn a_grain_comes_to_rest_on_the_floor() {
             ..boxed(floor)
         };
         let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
-        let mut engine: DsmcEngine<Disks> =
+        let mut engine: DsmcEngine<FallingDisks> =
             alone(&boundaries, down, vector![5.0, 1.5], vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
@@ -468,13 +464,15 @@ fn a_grain_comes_to_rest_on_the_floor() {
         );
         // At rest from the start.
         let at_rest = vector![5.0, height];
-        let mut engine: DsmcEngine<Disks> = alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
+        let mut engine: DsmcEngine<FallingDisks> =
+            alone(&boundaries, down, at_rest, vector![0.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         assert_eq!(engine.state().bodies[0].position, at_rest);
         assert_eq!(engine.ledgers().settled_particles, 0);
         // A corner into which the particle slides.
         let aslant = Gravity::<Plane>::new(vector![-1.0, -2.0]).expect("finite");
-        let mut engine: DsmcEngine<Disks> = alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
+        let mut engine: DsmcEngine<FallingDisks> =
+            alone(&boundaries, aslant, at_rest, vector![3.0, 0.0]);
         engine.advance(50.0, u64::MAX, &mut ());
         let body = engine.state().bodies[0];
         assert_eq!(body.position, vector![height, height]);
@@ -496,7 +494,7 @@ fn a_grain_rides_on_a_shaking_floor() {
         [Face::Wall(floor), Face::Wall(Wall::specular())],
     ]);
     let down = Gravity::<Plane>::new(vector![0.0, -2.0]).expect("finite");
-    let mut engine: DsmcEngine<Disks> =
+    let mut engine: DsmcEngine<FallingDisks> =
         alone(&boundaries, down, vector![5.0, 0.0], vector![0.0, 0.0]);
     engine.hold_step(0.0625);
     // On the way in, the particle is on the floor and has its speed of one half.
@@ -513,19 +511,20 @@ fn a_grain_rides_on_a_shaking_floor() {
 
 #[test]
 fn what_does_not_fit_is_refused() {
-    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
+    let scene: FallingDisks = grains(1.0, 1.0, Smooth, no_gravity());
     let boundaries = boxed(Wall::specular());
     let boxed_domain = domain(&boundaries, [10.0, 10.0]);
-    let state = gas(&scene, boxed_domain, 1.0, 10, 1.0, 1);
-    let start =
-        |parameters: Parameters, state: &State<Disks>, boundaries: &BoundaryConditions<Plane>| {
-            DsmcEngine::<Disks>::setup(&scene, parameters, Streams::new(1, 0))
-                .between(boundaries)
-                .start(state)
-                .map(|_| ())
-                .expect_err("refused")
-                .to_string()
-        };
+    let state = ideal_gas(&scene, boxed_domain, 1.0, 10, 1.0, 1);
+    let start = |parameters: Parameters,
+                 state: &State<FallingDisks>,
+                 boundaries: &BoundaryConditions<Plane>| {
+        DsmcEngine::<FallingDisks>::setup(&scene, parameters, Streams::new(1, 0))
+            .between(boundaries)
+            .start(state)
+            .map(|_| ())
+            .expect_err("refused")
+            .to_string()
+    };
     let contact = Parameters {
         scheme: Scheme::ContactPoint { radius: None },
         ..PARAMETERS
@@ -564,7 +563,7 @@ fn what_does_not_fit_is_refused() {
     wide.vibration = Vibration::new(6.0, 1.0).ok();
     let said = start(PARAMETERS, &state, &boxed(wide));
     assert!(said.contains("take 12 of 10"), "{said}");
-    let periodic = DsmcEngine::<Disks>::new(&scene, PARAMETERS, &state, Streams::new(1, 0));
+    let periodic = DsmcEngine::<FallingDisks>::new(&scene, PARAMETERS, &state, Streams::new(1, 0));
     assert!(matches!(
         periodic,
         Err(DsmcError::UnlikeFaces { axis: 0, .. })
@@ -578,16 +577,16 @@ fn pressure_over_bulk(scheme: Scheme, side: f64, seed: u64) -> f64 {
         clearance: WallClearance::Radius,
         ..boxed(Wall::specular())
     };
-    let scene: Disks = grains(1.0, 1.0, Smooth, no_gravity());
+    let scene: FallingDisks = grains(1.0, 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [side, side]);
-    let state = gas(&scene, domain, 0.5, 500, 1.0, seed);
+    let state = ideal_gas(&scene, domain, 0.5, 500, 1.0, seed);
     let parameters = Parameters {
         scheme,
         cell_size: None,
         simulators_per_particle: 8,
         ..PARAMETERS
     };
-    let mut engine: DsmcEngine<Disks> =
+    let mut engine: DsmcEngine<FallingDisks> =
         DsmcEngine::setup(&scene, parameters, Streams::new(seed, 0))
             .between(&boundaries)
             .start(&state)
@@ -649,15 +648,15 @@ fn dense_disks_press_on_their_walls_by_esmc() {
 #[test]
 fn several_simulators_start_evenly_between_walls() {
     let boundaries = boxed(Wall::specular());
-    let scene: Disks = grains(0.01, 1.0, Smooth, no_gravity());
+    let scene: FallingDisks = grains(0.01, 1.0, Smooth, no_gravity());
     let domain = domain(&boundaries, [10.0, 10.0]);
-    let state = |seed| gas::<Disks>(&scene, domain, 0.0, 200, 1.0, seed);
+    let state = |seed| ideal_gas::<FallingDisks>(&scene, domain, 0.0, 200, 1.0, seed);
     let parameters = Parameters {
         simulators_per_particle: 64,
         ..PARAMETERS
     };
     let streams = Streams::new(1, 0);
-    let engine = DsmcEngine::<Disks>::setup(&scene, parameters, streams)
+    let engine = DsmcEngine::<FallingDisks>::setup(&scene, parameters, streams)
         .between(&boundaries)
         .start(&state(1))
         .expect("an engine");
@@ -673,14 +672,14 @@ fn several_simulators_start_evenly_between_walls() {
         ..PARAMETERS
     };
     let sets = [state(1), state(2)];
-    let engine = DsmcEngine::<Disks>::setup(&scene, two, streams)
+    let engine = DsmcEngine::<FallingDisks>::setup(&scene, two, streams)
         .between(&boundaries)
         .start_sets(&sets)
         .expect("an engine");
     let energy: f64 = sets.iter().map(|set| set.kinetic_energy(&scene)).sum();
     let found = engine.state().kinetic_energy(engine.scene());
     assert!((found / energy - 1.0).abs() < 1e-14);
-    let said = DsmcEngine::<Disks>::setup(&scene, two, streams)
+    let said = DsmcEngine::<FallingDisks>::setup(&scene, two, streams)
         .between(&boundaries)
         .start_sets(&sets[..1])
         .map(|_| ())

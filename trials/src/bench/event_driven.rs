@@ -3,16 +3,15 @@
 
 use clap::{Args, ValueEnum};
 use stosszahl_ed::{DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, StripedEngine};
+use stosszahl_model::equation_of_state;
 use stosszahl_model::initial::Arrangement;
-use stosszahl_model::{
-    InvalidValue, ParticleModel, ParticleState, Plane, Scene, Shear, Sheared, State,
-    equation_of_state,
-};
+use stosszahl_model::samples::{EqualDisks, state};
+use stosszahl_model::{InvalidValue, ParticleModel, Plane, Scene, Shear, Sheared, State};
 use stosszahl_theory::cooling;
 
 use super::{BenchWork, Speed, timed};
 use crate::TrialError;
-use crate::gas::{EqualDisks, disks, fluid, relaxed};
+use crate::gas::{disks, fluid, relaxed};
 
 /// Options of `stosszahl-trials bench ed`, the benchmark of event-driven disks.
 #[derive(Clone, Debug, Args)]
@@ -101,20 +100,11 @@ impl BenchWork for BenchEd {
         let Some(rate) = self.shear_rate else {
             return self.time(scene, start);
         };
-        let body =
-            |body: &ParticleState<EqualDisks>| ParticleState::new(body.position, body.velocity);
-        let sheared = State {
-            time: start.time,
-            domain: start.domain.sheared(Some(Shear::new(rate)?))?,
-            bodies: start.bodies.iter().map(body).collect(),
-        };
-        let scene = Scene {
-            space: scene.space,
-            surface: scene.surface,
-            restitution: scene.restitution,
-            sizes: scene.sizes,
-            field: Sheared::new(rate)?,
-        };
+        let domain = start.domain.sheared(Some(Shear::new(rate)?))?;
+        let bodies = start.bodies.iter();
+        let sheared = state(domain, bodies.map(|body| (body.position, body.velocity)));
+        let field = Sheared::new(rate)?;
+        let scene = Scene::new(scene.surface, scene.restitution, scene.sizes, field);
         self.time(scene, sheared)
     }
 }

@@ -2,14 +2,14 @@
 //! constant time step.
 
 use clap::Args;
-use rand::RngExt;
 use stosszahl_dsmc::{DsmcEngine, Parameters, Scheme};
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{SmoothParticles, UNIT, ideal_gas, smooth_particles};
 use stosszahl_model::{Constant, Domain, InvalidValue, Plane, Space, State, Volume};
 
 use super::{BenchWork, Speed, timed};
 use crate::TrialError;
-use crate::gas::{PLAIN, SmoothParticles, UNIT, particles, random, warm};
+use crate::gas::PLAIN;
 
 /// Options of `stosszahl-trials bench dsmc`, the benchmark of Monte Carlo in cells.
 #[derive(Clone, Debug, Args)]
@@ -122,10 +122,8 @@ fn start<S: Space>(
     count: usize,
     side: f64,
 ) -> Result<(SmoothParticles<S>, State<SmoothParticles<S>>), TrialError> {
-    let scene: SmoothParticles<S> = particles(Constant::ELASTIC, UNIT);
+    let scene: SmoothParticles<S> = smooth_particles(Constant::ELASTIC, UNIT);
     let domain = Domain::periodic(S::from_components(|_| side))?;
-    let mut stream = random(1);
-    let places = (0..count).map(|_| S::from_components(|_| side * stream.random::<f64>()));
-    let state = warm(&scene, domain, places, 1);
+    let state = ideal_gas(&scene, domain, 0.0, count, 1.0, 1);
     Ok((scene, state))
 }

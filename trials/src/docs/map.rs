@@ -387,9 +387,10 @@ mod tests {
     use stosszahl_dsmc::homogeneous::{
         AliasTableSelection, HomogeneousEngine, PairCorrelationFactor, moments,
     };
+    use stosszahl_model::samples::{EqualDisks, UNIT, smooth_particles};
 
     use super::*;
-    use crate::gas::{EqualDisks, UNIT, law, particles, without_positions};
+    use crate::gas::{law, without_positions};
 
     /// Number of disks of the gas without positions that tests the map.
     const DISKS: usize = 20_000;
@@ -399,7 +400,7 @@ mod tests {
     /// rate is the number of collisions over the integral of the square root of the temperature, by
     /// the trapezoidal rule.
     fn factors_of_a_gas(restitution: f64, seed: u64) -> [f64; 2] {
-        let scene: EqualDisks = particles(law(restitution).expect("a law"), UNIT);
+        let scene: EqualDisks = smooth_particles(law(restitution).expect("a law"), UNIT);
         let extent = (DISKS as f64, DISKS);
         let made = without_positions(scene, PairCorrelationFactor::Dilute, extent, |_| 1.0, seed);
         let mut engine: HomogeneousEngine<_, AliasTableSelection> = made.expect("a gas");

@@ -5,12 +5,11 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
+use stosszahl_model::samples::{EqualDisks, SmoothParticles, maxwellian, state};
 use stosszahl_model::{Domain, ParticleState, Plane, Sizes};
 
 use super::gas::{RunEnd, StressGas, disordered, few};
-use crate::gas::{
-    EqualDisks, SmoothParticles, disks, domain, mixture, random, random_places, state, warm,
-};
+use crate::gas::{disks, domain, mixture, random, random_places};
 use crate::{Done, TrialError, TrialLog};
 
 trials! {
@@ -129,7 +128,7 @@ fn placed_gas<Z: Sizes>(
     seed: u64,
 ) -> Result<StressGas<SmoothParticles<Plane, Z>>, TrialError> {
     let places = random_places(&scene.sizes, count, &domain, seed)?;
-    let start = warm(&scene, domain, places, seed);
+    let start = maxwellian(&scene, domain, places, 1.0, seed);
     Ok(StressGas::new(scene, start))
 }
 
@@ -264,7 +263,7 @@ fn one_huge(log: &mut TrialLog) -> Done {
     let mut sizes = vec![(0.5, 1.0); small + 1];
     sizes[0] = (huge, 1e4);
     let scene = mixture(sizes, 1.0)?;
-    let start = warm(&scene, domain, places, 9);
+    let start = maxwellian(&scene, domain, places, 1.0, 9);
     log.progress(0.0, &format!("{small} small disks"));
     about!(log; "{small} small disks");
     StressGas::new(scene, start).holds(log, collisions)?;

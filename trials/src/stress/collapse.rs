@@ -5,9 +5,10 @@ use stosszahl_ed::EventDrivenError;
 use stosszahl_model::State;
 use stosszahl_model::equation_of_state::CLOSE_PACKING;
 use stosszahl_model::initial::Arrangement;
+use stosszahl_model::samples::EqualDisks;
 
 use super::gas::{ENERGY, OVERLAP, Planar, RunEnd, StressGas, disordered, few};
-use crate::gas::{EqualDisks, disks, fluid};
+use crate::gas::{disks, fluid};
 use crate::table::mean;
 use crate::{Done, TrialError, TrialLog};
 

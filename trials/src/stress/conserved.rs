@@ -3,9 +3,10 @@
 
 use nalgebra::{Vector2, vector};
 use stosszahl_model::State;
+use stosszahl_model::samples::EqualDisks;
 
 use super::schemes::{each, engine, rounding, setups, uniform, warm};
-use crate::gas::{EqualDisks, domain, random, scattered};
+use crate::gas::{domain, random, scattered};
 use crate::{Done, TrialLog};
 
 trials! {

@@ -5,9 +5,10 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::{Vector2, vector};
 use rand::RngExt;
+use stosszahl_model::samples::state;
 
 use super::gas::{OVERLAP, Planar, StressGas, disordered, few};
-use crate::gas::{domain, mixture, random, state};
+use crate::gas::{domain, mixture, random};
 use crate::{Done, TrialLog};
 
 trials! {

@@ -3,9 +3,10 @@
 
 use nalgebra::vector;
 use stosszahl_dsmc::{Neighbourhood, Scheme};
+use stosszahl_model::samples::state;
 
 use super::schemes::{SchemeRun, each, setups, uniform, warm};
-use crate::gas::{domain, random, scattered, state};
+use crate::gas::{domain, random, scattered};
 use crate::{Done, TrialLog};
 
 trials! {

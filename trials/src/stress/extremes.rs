@@ -2,9 +2,9 @@
 
 use stosszahl_ed::{EventDrivenEngine, EventDrivenError};
 use stosszahl_model::Vector;
+use stosszahl_model::samples::EqualDisks;
 
 use super::gas::{OVERLAP, StressGas, StressRun, disordered, few};
-use crate::gas::EqualDisks;
 use crate::{Done, TrialError, TrialLog};
 
 trials! {

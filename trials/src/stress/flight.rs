@@ -6,9 +6,10 @@ use rayon::ThreadPoolBuilder;
 use stosszahl_dsmc::{DsmcCheckpoint, DsmcEngine, Scheme};
 use stosszahl_model::State;
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{EqualDisks, state};
 
 use super::schemes::{Setup, engine, setups, uniform, warm};
-use crate::gas::{EqualDisks, disks, domain, mixture, random, scattered, state};
+use crate::gas::{disks, domain, mixture, random, scattered};
 use crate::{Done, TrialError, TrialLog};
 
 trials! {

@@ -6,11 +6,12 @@ use stosszahl_ed::{
     DissipationRule, EventDrivenCheckpoint, EventDrivenEngine, EventDrivenError, plain,
     time_to_contact,
 };
+use stosszahl_model::samples::{EqualDisks, state};
 use stosszahl_model::{
     Collision, Free, Observer, ParticleModel, Plane, Sizes, Smooth, State, initial,
 };
 
-use crate::gas::{EqualDisks, disks, disordered as fluid, domain, random, state};
+use crate::gas::{disks, disordered as fluid, domain, random};
 use crate::{Done, TrialError, TrialLog};
 
 /// Particle model of all hard cases of exact disks: smooth disks in free flight.

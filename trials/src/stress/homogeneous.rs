@@ -7,9 +7,10 @@ use stosszahl_dsmc::homogeneous::{
     TestOrder, Threshold, moments, size_distribution,
 };
 use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::samples::{SmoothParticles, smooth_particles};
 use stosszahl_model::{Clusters, Plane, Vector};
 
-use crate::gas::{SmoothParticles, Spheres, law, particles, spheres, without_positions};
+use crate::gas::{Spheres, law, spheres, without_positions};
 use crate::{Done, TrialError, TrialLog};
 
 trials! {
@@ -174,7 +175,7 @@ fn one_cluster(log: &mut TrialLog) -> Done {
         most: count,
     };
     let sizes = Clusters::new(0.5, 1.0, 2, Vec::new())?;
-    let scene: SmoothParticles<Plane, Clusters> = particles(law(0.5)?, sizes);
+    let scene: SmoothParticles<Plane, Clusters> = smooth_particles(law(0.5)?, sizes);
     let streams = Streams::new(19, 0);
     let mut start = streams.stream_at(Purpose::Velocities, [0, 0]);
     let volume = 100.0 * count as f64;

@@ -7,8 +7,9 @@ use stosszahl_dsmc::{
 };
 use stosszahl_model::State;
 use stosszahl_model::random::Streams;
+use stosszahl_model::samples::{EqualDisks, ideal_gas, maxwellian, square};
 
-use crate::gas::{EqualDisks, PLAIN, disks, random, scattered, square, warm as warm_at};
+use crate::gas::{PLAIN, disks};
 use crate::{Done, TrialError, TrialLog};
 
 /// Relative rounding error that one collision may add to a conserved sum, per fraction of the sum
@@ -80,7 +81,7 @@ pub(super) fn warm(
     places: Vec<Vector2<f64>>,
     seed: u64,
 ) -> Result<State<EqualDisks>, TrialError> {
-    Ok(warm_at(&disks(1.0)?, domain, places, seed))
+    Ok(maxwellian(&disks(1.0)?, domain, places, 1.0, seed))
 }
 
 /// Creates elastic unit disks at uniform random positions in a square box, overlaps allowed.
@@ -89,9 +90,8 @@ pub(super) fn uniform(
     packing: f64,
     seed: u64,
 ) -> Result<State<EqualDisks>, TrialError> {
-    let domain = square(count, packing)?;
-    let places = scattered(count, [0.0; 2], domain.lengths().into(), &mut random(seed));
-    warm(domain, places, seed)
+    let domain = square(count, packing);
+    Ok(ideal_gas(&disks(1.0)?, domain, 0.0, count, 1.0, seed))
 }
 
 /// Creates the Monte Carlo engine of a scheme from an initial state.

@@ -2,9 +2,9 @@
 //! completely at rest.
 
 use stosszahl_model::Viscoelastic;
+use stosszahl_model::samples::{UNIT, smooth_particles, state};
 
 use super::gas::{RunEnd, StressGas, disordered};
-use crate::gas::{UNIT, particles, state};
 use crate::{Done, TrialLog};
 
 trials! {
@@ -43,7 +43,8 @@ fn viscoelastic(log: &mut TrialLog) -> Done {
         let equal = disordered(400, 0.5, 1.0, 10)?.start;
         let bodies = equal.bodies.iter().map(|b| (b.position, b.velocity));
         about!(log; "strength {strength}");
-        StressGas::new(particles(law, UNIT), state(equal.domain, bodies)).holds(log, 200_000)?;
+        StressGas::new(smooth_particles(law, UNIT), state(equal.domain, bodies))
+            .holds(log, 200_000)?;
     }
     Ok(())
 }

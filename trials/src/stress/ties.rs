@@ -3,9 +3,10 @@
 use nalgebra::Vector2;
 use rand::RngExt;
 use stosszahl_model::State;
+use stosszahl_model::samples::EqualDisks;
 
 use super::gas::{StressGas, few};
-use crate::gas::{EqualDisks, random};
+use crate::gas::random;
 use crate::{Done, TrialError, TrialLog};
 
 trials! {

@@ -13,7 +13,9 @@ use stosszahl_analysis::modes::{Modes, shear_waves};
 use stosszahl_analysis::relaxation::{decay_rate, diffusion};
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_dsmc::{DsmcEngine, Tracked};
-use stosszahl_model::{Particles, equation_of_state};
+use stosszahl_model::Particles;
+use stosszahl_model::equation_of_state;
+use stosszahl_model::samples::{EqualDisks, UNIT, particles_of, square};
 use stosszahl_theory::{diffusion, transport};
 
 use super::gas::{amplitudes, cells, columns, energy, modes, start, waves};
@@ -22,7 +24,6 @@ use super::schemes::SchemeQuantity::{
     CollisionRate, Compressibility, Diffusion, Longitudinal, Pressure, Transverse, Viscosity,
 };
 use super::schemes::{Method, SchemeSetting};
-use crate::gas::{EqualDisks, particles_of, square};
 use crate::table::{RowPlace, TrialTableRow, divided_by, mean as over_gases};
 use crate::{Done, Effort, TrialError, TrialLog};
 
@@ -190,7 +191,7 @@ impl Plan {
         bands: &mut [Vec<[f64; 2]>],
         densities: &mut [f64],
     ) -> Done {
-        let gas = &particles_of(&engine.state());
+        let gas = &particles_of(&UNIT, &engine.state());
         let (count, unit) = (gas.all.len(), energy(gas).temperature);
         for ((_, modes), sums) in self.bands.iter().zip(bands) {
             for (sum, amplitude) in sums.iter_mut().zip(amplitudes(gas, modes)?) {
@@ -211,7 +212,7 @@ impl Plan {
         &self,
         gas: &mut DsmcEngine<EqualDisks, Tracked>,
     ) -> Result<(Vec<Vec<f64>>, f64), TrialError> {
-        let start = particles_of(&gas.state());
+        let start = particles_of(&UNIT, &gas.state());
         let modes = modes(&start, vec![[self.wave_index, 0], [0, self.wave_index]])?;
         gas.kick(&shear_waves(&modes, &columns(&start).0, WAVE)?);
         // Delay of a few collisions, in which the kick builds up its stress.
@@ -220,7 +221,7 @@ impl Plan {
         let mut speed = 0.0;
         for sample in 0..=STEPS {
             gas.advance(origin + f64::from(sample) * self.spacing, u64::MAX, &mut ());
-            let (found, temperature) = waves(&particles_of(&gas.state()), &modes)?;
+            let (found, temperature) = waves(&particles_of(&UNIT, &gas.state()), &modes)?;
             for (values, value) in series.iter_mut().zip(found.into_iter().flatten()) {
                 values.push(value);
             }
@@ -273,7 +274,7 @@ pub(super) fn test_elastic(log: &mut TrialLog) -> Done {
                 continue;
             }
             let (disks, gases) = extent(&log.effort, setting);
-            let domain = square(disks, packing)?;
+            let domain = square(disks, packing);
             let make = |seed| start(disks, packing, seed, 20.0);
             let mut starts = over_seeds(0..gases[0], make)?.0;
             for method in methods {

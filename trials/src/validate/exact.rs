@@ -9,10 +9,11 @@ use stosszahl_analysis::equilibrium::long_waves_fluctuate;
 use stosszahl_analysis::statistics::Estimate;
 use stosszahl_ed::{DissipationRule, EventDrivenEngine};
 use stosszahl_model::Budget;
+use stosszahl_model::samples::{EqualDisks, UNIT, particles_of};
 
 use super::gas::{columns, exact, start};
 use super::{bulk, contact, over_seeds};
-use crate::gas::{EqualDisks, disks as unit_disks, disordered, particles_of, relaxed};
+use crate::gas::{disks as unit_disks, disordered, relaxed};
 use crate::table::{RowPlace, mean};
 use crate::{Done, TrialError, TrialLog};
 
@@ -49,7 +50,7 @@ fn place_text(setting: &str, packing: f64, began: Instant) -> RowPlace {
 /// of all velocities and the same time back \[length\].
 fn reversed(disks: usize, packing: f64, collisions: u64) -> Result<f64, TrialError> {
     let start = disordered(disks, packing, 3)?;
-    let before = particles_of(&start);
+    let before = particles_of(&UNIT, &start);
     let mut gas = exact(&before, 1.0)?;
     gas.advance(f64::INFINITY, Budget::Collisions(collisions), &mut ())?;
     let mut turned = gas.particles();

@@ -7,9 +7,10 @@ use stosszahl_analysis::modes::{Amplitude, Modes, shear_waves};
 use stosszahl_dsmc::{BoundaryConditions, CellGas, DsmcEngine, Parameters, Tracked};
 use stosszahl_ed::DissipationRule;
 use stosszahl_model::random::{Purpose, Streams};
+use stosszahl_model::samples::{EqualDisks, UNIT, particles_of, state};
 use stosszahl_model::{Budget, Observer, ParticleSpec, Particles, Simulation, State, initial};
 
-use crate::gas::{EqualDisks, UNIT, disks, disordered, domain, law, particles_of, relaxed, state};
+use crate::gas::{disks, disordered, domain, law, relaxed};
 use crate::{Done, TrialError};
 
 /// Creates randomly placed unit disks at T = 1, equilibrated by some elastic collisions per disk
@@ -21,7 +22,7 @@ pub(super) fn start(
     collisions: f64,
 ) -> Result<Particles, TrialError> {
     let start = relaxed(disordered(count, packing, seed)?, collisions)?;
-    Ok(particles_of(&start))
+    Ok(particles_of(&UNIT, &start))
 }
 
 fn grains(restitution: f64) -> Result<ParticleSpec, TrialError> {
@@ -87,7 +88,10 @@ pub(super) fn cells(
     let (places, velocities) = columns(start);
     let start = state(domain, places.into_iter().zip(velocities));
     let mut engine = DsmcEngine::setup(&disks(1.0)?, parameters, streams).start(&start)?;
-    engine.kick(&to_maxwellian(&particles_of(&engine.state()), streams)?);
+    engine.kick(&to_maxwellian(
+        &particles_of(&UNIT, &engine.state()),
+        streams,
+    )?);
     Ok(engine)
 }
 

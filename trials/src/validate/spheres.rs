@@ -6,6 +6,7 @@ use std::time::Instant;
 use stosszahl_dsmc::homogeneous::{
     AliasTableSelection, HomogeneousEngine, PairCorrelationFactor, moments,
 };
+use stosszahl_model::samples::{SmoothParticles, UNIT, smooth_particles};
 use stosszahl_model::{Plane, Space, Volume};
 use stosszahl_theory::{
     Component, ContactValues as TheoryContact, CoolingState, MaxwellianMixture,
@@ -13,7 +14,7 @@ use stosszahl_theory::{
 
 use super::over_seeds;
 use crate::bench::{BenchMixture, BenchWork as _, CountRounding, SelectionArgument};
-use crate::gas::{SmoothParticles, UNIT, law, particles, without_positions};
+use crate::gas::{law, without_positions};
 use crate::table::{RowPlace, mean};
 use crate::{Done, TrialError, TrialLog};
 
@@ -32,7 +33,7 @@ const ORDERS: usize = 6;
 /// difference of a2 to theory, at each sample time.
 fn course<S: Space>(seed: u64) -> Result<Vec<[f64; 3]>, TrialError> {
     let law = law(RESTITUTION)?;
-    let scene: SmoothParticles<S> = particles(law.clone(), UNIT);
+    let scene: SmoothParticles<S> = smooth_particles(law.clone(), UNIT);
     let extent = (PARTICLES as f64 / DENSITY, PARTICLES);
     let mut engine: HomogeneousEngine<_, AliasTableSelection> =
         without_positions(scene, PairCorrelationFactor::Enskog, extent, |_| 1.0, seed)?;

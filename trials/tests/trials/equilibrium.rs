@@ -3,8 +3,9 @@
 
 use stosszahl_analysis::equilibrium::impact_uniform;
 use stosszahl_ed::{DissipationRule, EventDrivenEngine};
+use stosszahl_model::samples::EqualDisks;
 use stosszahl_model::{Collision, Observer};
-use stosszahl_trials::gas::{EqualDisks, disks, disordered};
+use stosszahl_trials::gas::{disks, disordered};
 
 fn equilibrated(
     count: usize,
