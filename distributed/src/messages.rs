@@ -1,6 +1,6 @@
 //! The case as a message from the root to the other processes.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use stosszahl::study;
 pub struct CaseMessage {
     /// Version and commit of the program, which must be equal in all processes.
     program: String,
-    path: PathBuf,
+    path: String,
     text: String,
     /// Overrides from the command line.
     overrides: Vec<String>,
@@ -24,7 +24,7 @@ impl CaseMessage {
     pub fn from_case(file: &CaseFile, arguments: &CaseArguments) -> Self {
         Self {
             program: VERSION.to_owned(),
-            path: file.path.clone(),
+            path: file.path.to_string_lossy().into_owned(),
             text: file.text.clone(),
             overrides: arguments.overrides(),
         }
@@ -38,7 +38,7 @@ impl CaseMessage {
                 "this process runs stosszahl {VERSION}, and rank 0 runs {found}"
             ));
         }
-        let read = study::format().from_text(&self.path, &self.text, &self.overrides);
+        let read = study::format().from_text(Path::new(&self.path), &self.text, &self.overrides);
         read.map_err(|error| error.to_string())
     }
 }

@@ -28,7 +28,7 @@ pub const FREEZING: f64 = 0.70;
 /// the fluid, about 1 % beyond. Infinite from close packing on.
 ///
 /// ```
-/// let chi = stosszahl_model::contact_value(0.25);
+/// let chi = stosszahl_model::equation_of_state::contact_value(0.25);
 /// assert!((chi - 1.58295).abs() < 1e-5);
 /// ```
 pub fn contact_value(packing_fraction: f64) -> f64 {

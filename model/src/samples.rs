@@ -97,7 +97,9 @@ pub fn no_gravity<S: Space>() -> Gravity<S> {
 /// Creates the periodic square in which `count` unit disks have the given packing fraction.
 pub fn square(count: usize, packing_fraction: f64) -> Domain<Plane> {
     let area = count as f64 * Plane::particle_volume(UNIT.radius) / packing_fraction;
-    Domain::periodic(Plane::from_components(|_| area.sqrt())).expect("a box")
+    let width = area.sqrt();
+    // The area is exact to the last bit so.
+    Domain::periodic(Plane::from_components(|axis| [width, area / width][axis])).expect("a box")
 }
 
 /// Creates a state at time zero from positions and velocities of particles without spin.

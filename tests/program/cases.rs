@@ -7,7 +7,7 @@ use crate::support::program::{SHRUNKEN, SMALL, TestFolder, bundled, bundled_name
 use stosszahl::case::CaseFile;
 use stosszahl::case::format::{RestitutionSpec, UnitsSpec};
 use stosszahl::results::Sweep;
-use stosszahl::study::CasePlan;
+use stosszahl::study::{CasePlan, Planned};
 
 #[test]
 fn every_case_has_a_small_form() {
@@ -36,9 +36,9 @@ fn every_case_is_valid_and_asks_a_question() {
             assert_eq!(times.last(), Some(&point.case.run.until), "{name}");
             assert!(times.is_sorted_by(|a, b| a < b), "{name}");
             assert!(plan.done_share(plan.case.run.until) > 0.999, "{name}");
-            for engine in &plan.engines {
-                assert!(plan.seconds(engine) > 0.0, "{name}, {}", engine.name);
-            }
+            let planned = Planned::new(&file, point).expect("a plan");
+            let cost = planned.cost(2);
+            assert!(cost.bytes > 0.0 && cost.seconds(1) > 0.0, "{name}");
         }
         // An earlier end leaves out the times beyond it.
         let half = format!("run.until={}", 0.5 * file.points[0].case.run.until);

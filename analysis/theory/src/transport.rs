@@ -2,8 +2,7 @@
 //! viscosities and the shear instability.
 //!
 //! Units: diameter d, mass m and granular temperature T are one, so viscosities come in sqrt(m T)/d
-//! (in the plane). The contact value chi is an argument, so that each
-//! equation of state can be used.
+//! (in the plane). The contact value chi is an argument, so that each equation of state can be used.
 //!
 //! Source of the inelastic coefficients: Garzó & Dufty, Phys. Rev. E 59, 5895 (1999),
 //! doi:10.1103/PhysRevE.59.5895, for any dimension by Lutsko, Phys. Rev. E 72, 021306 (2005),

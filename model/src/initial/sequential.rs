@@ -37,9 +37,10 @@ impl<S: Space> FreeSpace<S> for Domain<S> {
 }
 
 /// Error of random sequential addition.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AdditionError {
     /// A particle finds no position; a small box may jam early.
+    #[error("particle {particle} finds no place in {trials} trials")]
     Jammed {
         /// Index of the particle that finds no position.
         particle: usize,
@@ -47,6 +48,7 @@ pub enum AdditionError {
         trials: usize,
     },
     /// The placement was interrupted.
+    #[error("stopped")]
     Interrupted,
 }
 

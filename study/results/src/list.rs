@@ -97,8 +97,7 @@ impl FileList {
         for list in lists {
             match fs::read(list) {
                 Ok(text) => self.known.extend(parse_names(&text).0),
-                // A list that is gone was merged into the common list.
-                Err(error) if error.kind() == ErrorKind::NotFound => {}
+                Err(error) if is_gone(&error) => {}
                 Err(error) => return Err(ResultsError::system(list, "read")(error)),
             }
         }
@@ -107,9 +106,9 @@ impl FileList {
 
     /// Merges the lists of processes into the common list of files, and removes them.
     pub(crate) fn take_over(&mut self, lists: &[PathBuf]) -> std::io::Result<()> {
-        let gone_is_fine = |error: std::io::Error| match error.kind() {
-            ErrorKind::NotFound => Ok(()),
-            _ => Err(error),
+        let gone_is_fine = |error: std::io::Error| match error {
+            error if is_gone(&error) => Ok(()),
+            error => Err(error),
         };
         let mut text = BTreeSet::new();
         for list in lists {
@@ -187,6 +186,15 @@ impl Drop for FileList {
     fn drop(&mut self) {
         let _ = self.file.unlock();
     }
+}
+
+/// Returns true for the error of a list that is gone, because it was merged into the common list;
+/// a network file system may know its handle still.
+fn is_gone(error: &std::io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::NotFound | ErrorKind::StaleNetworkFileHandle
+    )
 }
 
 /// Parses the text of a list of files: its names, and its length up to the last line end. A

@@ -42,7 +42,8 @@ pub fn format_number(value: f64) -> String {
     format_significant(value, 5)
 }
 
-/// Formats a rough number, such as an estimated cost, with two significant digits.
+/// Formats a rough number, such as an estimated cost, with two significant digits; below 1e4 all
+/// whole digits stay.
 ///
 /// ```
 /// use stosszahl_results::format_rough;
@@ -64,21 +65,29 @@ pub fn format_rough(value: f64) -> String {
 ///
 /// assert_eq!(format_with_error(0.9324, 0.0123), "0.932 ± 0.012");
 /// assert_eq!(format_with_error(-0.0004, 0.0123), "0.000 ± 0.012");
-/// assert_eq!(format_with_error(1.5, 2e-8), "1.5 ± 2e-8");
-/// assert_eq!(format_with_error(2.5e7, 1.23e5), "2.5e7 ± 123000");
+/// assert_eq!(format_with_error(0.932_412_341, 5e-7), "0.93241234 ± 5e-7");
+/// assert_eq!(format_with_error(2.515e7, 1.23e5), "2.515e7 ± 120000");
 /// assert_eq!(format_with_error(0.3, 0.0), "0.3 ± 0");
 /// ```
 pub fn format_with_error(value: f64, error: f64) -> String {
     let decimals = (1.0 - error.log10().floor()).max(0.0);
     if decimals > 7.0 || value.abs().max(error) >= 1e6 {
+        // As many digits of the value as reach the second of the error.
+        let digits = (value / error).abs().log10().floor() + 2.0;
+        let digits = if digits.is_finite() { digits } else { 5.0 };
+        let error = format_significant(two_digits(error), 2);
         format!(
-            "{} ± {}",
-            format_number(value),
-            format_significant(error, 2)
+            "{} ± {error}",
+            format_significant(value, digits.clamp(5.0, 17.0) as usize)
         )
     } else {
         with_decimals(value, error, decimals as usize)
     }
+}
+
+/// Rounds a number to two significant digits.
+fn two_digits(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
 }
 
 /// Formats a value and its error with the given number of decimals.
@@ -99,13 +108,13 @@ pub fn format_percent(fraction: f64) -> String {
     format!("{} %", format_significant(100.0 * fraction, 2))
 }
 
-/// Formats a duration \[s\] in milliseconds, seconds, minutes or hours.
+/// Formats a duration \[s\] in milliseconds, seconds, minutes, hours or days.
 ///
 /// ```
 /// use stosszahl_results::format_duration;
 ///
-/// let times = [0.05, 3.0, 600.0, 9000.0].map(format_duration);
-/// assert_eq!(times, ["50 ms", "3.0 s", "10.0 min", "2.5 h"]);
+/// let times = [0.05, 3.0, 600.0, 9000.0, 864e3].map(format_duration);
+/// assert_eq!(times, ["50 ms", "3.0 s", "10.0 min", "2.5 h", "10.0 days"]);
 /// ```
 pub fn format_duration(seconds: f64) -> String {
     if seconds < 1.0 {
@@ -114,8 +123,10 @@ pub fn format_duration(seconds: f64) -> String {
         format!("{seconds:.1} s")
     } else if seconds < 7200.0 {
         format!("{:.1} min", seconds / 60.0)
-    } else {
+    } else if seconds < 172_800.0 {
         format!("{:.1} h", seconds / 3600.0)
+    } else {
+        format!("{:.1} days", seconds / 86_400.0)
     }
 }
 

@@ -11,6 +11,7 @@ use crate::engines;
 use crate::measure::{BadOption, Measure, empty_tables};
 use crate::measures;
 use crate::plan::{CasePlan, DerivedQuantity, PlanError, available_memory};
+
 /// Number of candidate pairs per collision from which a Monte Carlo scheme is called slow in a
 /// warning.
 const MANY_TRIALS: f64 = 50.0;

@@ -29,6 +29,15 @@ pub(crate) struct RateWindow {
     collisions: u64,
 }
 
+/// Formats a measured collision rate, so that a small one can be held against its limit.
+fn format_rate(rate: f64) -> String {
+    if rate < 1e4 {
+        format_number(rate)
+    } else {
+        format_rough(rate)
+    }
+}
+
 /// Error of a run whose collision rate exceeds the limit of the case.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
@@ -36,7 +45,7 @@ pub(crate) struct RateWindow {
      (engine.ed.collision_rate_limit); {activity}. Particles at rest on each other collide without end: end the run before they come to rest, \
      keep them in motion (a wall with a temperature or a vibration), or give a longer engine.ed.contact_time; a larger \
      engine.ed.collision_rate_limit lets the run go on",
-    format_rough(*rate), format_number(*since), format_rough(*limit)
+    format_rate(*rate), format_number(*since), format_number(*limit)
 )]
 pub struct CollisionRateError {
     /// Measured collisions per particle and unit of time of the case.
@@ -90,8 +99,8 @@ impl RateWindow {
         }
         Ok(Some(format!(
             "{} collisions of a particle in a unit of time, where {} end the run; {activity}",
-            format_rough(rate),
-            format_rough(limit)
+            format_rate(rate),
+            format_number(limit)
         )))
     }
 }

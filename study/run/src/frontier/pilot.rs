@@ -207,7 +207,11 @@ impl<'a> PilotSearch<'a> {
         let value = |(index, start): (usize, &Particles)| {
             let done = self.run(FIRST + index as u64).run_engine(&engine, start)?;
             let values = observe(self.plan, &engine, &done, true);
-            Ok::<_, PartError>(place.map_or(f64::NAN, |place| values[place]))
+            Ok::<_, PartError>(
+                place
+                    .and_then(|place| values.get(place).copied())
+                    .unwrap_or(f64::NAN),
+            )
         };
         let values = self.starts.par_iter().enumerate().map(value);
         let values: Vec<f64> = values.collect::<Result<_, _>>()?;

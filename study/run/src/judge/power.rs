@@ -82,7 +82,7 @@ mod tests {
         };
         // Student's test at 1 %: 4 replicas detect 4.3 standard deviations; 1.67 of them take 9.
         let said = spread.power(4, 0.01);
-        let wanted = "energy: 4 replicas find a difference of 14 % in 90 of 100 cases; 5 % takes 9 replicas (spread of one 3.00 %: \
+        let wanted = "energy: 4 replicas find a difference of 14 % in 90 of 100 cases; 5 % takes 9 replicas (spread of one 3 %: \
                       a guess)";
         assert_eq!(said, wanted);
         assert!(spread.power(1, 0.01).contains("one replica finds nothing"));

@@ -2,9 +2,7 @@
 //! percentages, margins.
 
 use stosszahl_analysis::compare::Interval;
-use stosszahl_results::{
-    TableEstimate, format_number, format_percent, format_significant, format_with_error,
-};
+use stosszahl_results::{TableEstimate, format_number, format_percent, format_with_error};
 
 /// Text shown for a number that is not finite.
 const UNKNOWN: &str = "unknown";
@@ -74,7 +72,7 @@ pub fn format_deviation(deviation: f64, error: Option<f64>) -> String {
 
 /// Rounds a positive number to two significant digits, up or down.
 fn two_digits(value: f64, up: bool) -> f64 {
-    let scale = 10_f64.powf((1.0 - value.log10().floor()).clamp(0.0, 8.0));
+    let scale = 10_f64.powf((1.0 - value.log10().floor()).clamp(-300.0, 8.0));
     if up {
         (value * scale - 1e-9).ceil() / scale
     } else {
@@ -124,7 +122,7 @@ impl DifferenceUnit {
         match self {
             Self::Relative if up => format_margin(value),
             Self::Relative => format_percent(0.01 * two_digits(100.0 * value, false)),
-            Self::Own(_) => format_significant(two_digits(value, up), 2),
+            Self::Own(_) => format_number(two_digits(value, up)),
         }
     }
 

@@ -7,7 +7,7 @@ use stosszahl_case::Case;
 use stosszahl_case::format::{FACES, FaceSpec, PlacementSpec, UnitsSpec, VelocitiesSpec};
 use stosszahl_model::images::{nearest, wrapped};
 use stosszahl_model::initial::{self, Overlap, StartFile};
-use stosszahl_model::{Domain, Plane, Shear, Space as _, Volume};
+use stosszahl_model::{Domain, Plane, Shear, Space as _, Volume, format_short};
 use stosszahl_results::format_number;
 
 use super::confinement::Confinement;
@@ -210,8 +210,8 @@ impl Source<'_> {
             let found = match (above.next(), file.velocities.iter().flatten().find(out)) {
                 (Some(one), _) => Some(format!(
                     "z = {} and z = {}",
-                    format_number(height),
-                    format_number(one.z)
+                    format_short(height),
+                    format_short(one.z)
                 )),
                 (None, Some(one)) => Some(format!("a velocity vz = {}", format_number(one.z))),
                 (None, None) => None,
@@ -369,9 +369,9 @@ impl Source<'_> {
                         "{}: particle {index} (counted from 0) at {} = {}",
                         self.name,
                         AXES[axis],
-                        format_number(position[axis])
+                        format_short(position[axis])
                     );
-                    let allowed = format!("places from 0 to {}", format_number(lengths[axis]));
+                    let allowed = format!("places from 0 to {}", format_short(lengths[axis]));
                     return Err(content_error(found, allowed));
                 }
             }

@@ -11,6 +11,7 @@ const TRIALS: [f64; 2] = [2.0, 4.0];
 /// Largest number of size classes whose pairs are all summed for the cost estimate; of more
 /// classes, a sample is used.
 const MOST_KINDS: usize = 200;
+
 impl CasePlan {
     /// Returns the cell crossings per pair collision of event-driven disks in a uniform gas.
     pub(crate) fn crossings_per_collision(&self) -> f64 {

@@ -23,6 +23,7 @@ const KEYS: Keys<'static> = Keys {
     ignored: &["run.checkpoint_seconds"],
     output: &["title", "question", "verdict", "measure.fields.windows"],
 };
+
 /// Runs all points of a case into a results folder.
 ///
 /// # Errors
