@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::io::ErrorKind::{InvalidInput, NotADirectory, NotFound};
+use std::io::ErrorKind::{InvalidFilename, InvalidInput, NotADirectory, NotFound};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -151,8 +151,13 @@ impl RunMark {
         let path = folder.join(RUN_FILE);
         let bytes = match regular::read_bytes(&path) {
             Ok(bytes) => bytes,
-            // No regular file of this name, or no folder.
-            Err(error) if matches!(error.kind(), NotFound | NotADirectory | InvalidInput) => {
+            // No regular file of this name, no folder, or a name that no file can have.
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    NotFound | NotADirectory | InvalidInput | InvalidFilename
+                ) =>
+            {
                 return Ok(None);
             }
             Err(error) => return Err(ResultsError::system(&path, "read")(error)),
