@@ -79,19 +79,12 @@ where
 /// Setup of an engine: all that it needs besides its particles.
 ///
 /// ```
-/// # use nalgebra::vector;
 /// # use stosszahl_dsmc::{DsmcEngine, Parameters, Scheme, Untracked};
+/// # use stosszahl_model::initial::Arrangement;
 /// # use stosszahl_model::random::Streams;
-/// # use stosszahl_model::{Constant, Domain, Free, Monodisperse, ParticleState, Plane, Scene, Smooth, State};
-/// # let scene = Scene {
-/// #     space: Plane,
-/// #     surface: Smooth,
-/// #     restitution: Constant::new(0.9)?,
-/// #     sizes: Monodisperse::new(0.5, 1.0)?,
-/// #     field: Free,
-/// # };
-/// # let body = ParticleState::new(vector![1.0, 1.0], vector![0.5, 0.0]);
-/// # let state = State { time: 0.0, domain: Domain::periodic(vector![20.0, 20.0])?, bodies: vec![body] };
+/// # use stosszahl_model::samples::{disks, placed_disks, square};
+/// # let scene = disks(0.9);
+/// # let state = placed_disks(Arrangement::Disordered, 100, square(100, 0.1), 1)?;
 /// let parameters = Parameters::for_scheme(Scheme::Boltzmann);
 /// let setup = DsmcEngine::<_, Untracked>::setup(&scene, parameters, Streams::new(1, 0));
 /// let engine = setup.start(&state)?;
