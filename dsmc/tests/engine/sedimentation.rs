@@ -152,9 +152,11 @@ fn fall(species: &[Species], start: f64, mean_free_time: f64, begin: f64) -> Fal
     found
 }
 
-/// Checks temperature and densities at both ends, by the barometric law with the measured mean
-/// height, within 1 %, and the density in tenths of the column within `slices`.
-fn check(species: &[Species], start: f64, found: &Fall, slices: f64) {
+/// Checks the temperature within 1 %, the densities at both ends, by the barometric law with the
+/// measured mean height, within `ends_within`, and the density in tenths of the column within
+/// `slices`. Densities at the ends may be off by four standard deviations, which were measured over
+/// eight seeds: one end of 14 then fails for one seed in a thousand.
+fn check(species: &[Species], start: f64, found: &Fall, [ends_within, slices]: [f64; 2]) {
     let expected = final_temperature(species, start);
     assert!(
         (found.temperature / expected - 1.0).abs() < 0.01,
@@ -169,7 +171,7 @@ fn check(species: &[Species], start: f64, found: &Fall, slices: f64) {
             // The dilute gas above heavy particles is exponentially sensitive: its error is taken
             // relative to the density below.
             let off = (found - expected).abs() / expected.max(0.1);
-            assert!(off < 0.01, "{number}: {found} {expected}");
+            assert!(off < ends_within, "{number}: {found} {expected}");
         }
         for (tenth, density) in found.slices[number].into_iter().enumerate() {
             let at = |tenth: f64| (-known * 0.1 * tenth).exp();
@@ -200,13 +202,20 @@ fn one_species_settles() {
     assert!((bottom - 2.175).abs() < 1e-3 && (top - 0.351).abs() < 1e-3);
     let mean_free_time = 0.5 * std::f64::consts::PI.sqrt();
     let found = fall(&species, 0.5, mean_free_time, 100.0);
-    check(&species, 0.5, &found, 0.03);
+    // The standard deviation is 0.47 % above.
+    check(&species, 0.5, &found, [0.02, 0.03]);
     assert!(found.early / expected > 1.02, "{}", found.early);
 }
 
 /// Checks two species of equal numbers, in appendix A's units: mean free path and mean collision
 /// time of the mixture are one.
-fn two_species(masses: [f64; 2], diameters: [f64; 2], expected: [f64; 3], begin: f64) {
+fn two_species(
+    masses: [f64; 2],
+    diameters: [f64; 2],
+    expected: [f64; 3],
+    begin: f64,
+    ends_within: f64,
+) {
     let count = 8000;
     let density = count as f64 / (0.25 * HEIGHT);
     let (mut path, mut rate) = (0.0, 0.0);
@@ -237,20 +246,35 @@ fn two_species(masses: [f64; 2], diameters: [f64; 2], expected: [f64; 3], begin:
         assert!((bottom - expected[kind + 1]).abs() < 2e-3, "{bottom}");
     }
     let found = fall(&species, 1.0, 1.0, begin);
-    check(&species, 1.0, &found, 0.06);
+    check(&species, 1.0, &found, [ends_within, 0.06]);
 }
 
 #[test]
 fn equal_masses_settle() {
-    two_species([1.0, 1.0], [0.464, 1.0], [1.2189, 2.881, 2.881], 120.0);
+    // The standard deviation is 1.8 % above, 0.8 % below.
+    two_species(
+        [1.0, 1.0],
+        [0.464, 1.0],
+        [1.2189, 2.881, 2.881],
+        120.0,
+        0.074,
+    );
 }
 
 #[test]
 fn light_grains_settle_among_heavy_ones() {
-    two_species([0.1, 1.0], [1.0, 1.0], [1.5461, 1.339, 6.163], 150.0);
+    // The standard deviation is at most 0.41 %.
+    two_species([0.1, 1.0], [1.0, 1.0], [1.5461, 1.339, 6.163], 150.0, 0.02);
 }
 
 #[test]
 fn light_and_small_grains_settle_among_heavy_and_large_ones() {
-    two_species([0.1, 1.0], [0.464, 1.0], [1.7299, 1.389, 6.977], 150.0);
+    // The standard deviation is at most 0.70 %.
+    two_species(
+        [0.1, 1.0],
+        [0.464, 1.0],
+        [1.7299, 1.389, 6.977],
+        150.0,
+        0.03,
+    );
 }
