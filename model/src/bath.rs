@@ -2,11 +2,15 @@
 //! bath with drag.
 //!
 //! **White noise.** After every interval each particle gets a kick, a Gaussian change of velocity
-//! that is independent of everything else. In the limit of short intervals this is white noise. The bath is that of Williams & MacKintosh
-//! (Phys. Rev. E 54, R9 (1996), doi:10.1103/PhysRevE.54.R9). Its kinetic theory is by van Noije &
-//! Ernst (Granular Matter 1, 57 (1998), doi:10.1007/s100350050009). Each particle gains the same
-//! energy on average, so the variance of a kick is in inverse proportion to the mass. The mean
-//! kick, weighted with the masses, is subtracted, so that the bath conserves the total momentum.
+//! that is independent of everything else. In the limit of short intervals this is white noise.
+//!
+//! Source of the bath: Williams & MacKintosh, Phys. Rev. E 54, R9 (1996),
+//! doi:10.1103/PhysRevE.54.R9. Source of its kinetic theory: van Noije & Ernst, Granular Matter 1,
+//! 57 (1998), doi:10.1007/s100350050009.
+//!
+//! Each particle gains the same energy on average, so the variance of a kick is in inverse
+//! proportion to the mass. The mean kick, weighted with the masses, is subtracted, so that the bath
+//! conserves the total momentum.
 //!
 //! **Langevin.** Between collisions `m dv/dt = -m gamma v + sqrt(2 gamma m T_b) xi(t)`, with the
 //! drag gamma and the temperature of the bath `T_b` (Puglisi, Loreto, Marconi, Petri & Vulpiani,

@@ -207,6 +207,7 @@ impl<'a, K: Keep<'a>> Begin<'_, 'a, K> {
             let lengths = P::Space::from_components(|axis| lengths[axis]);
             (boundaries.walls).domain(lengths)?.in_flow(shear, time)
         };
+        let setup = DsmcEngine::<P, F>::setup(scene, parameters, streams).between(boundaries);
         let (engine, follows, pending) = match self.source {
             StartSource::Start(starts) => {
                 let state = |start: &Particles| -> Result<State<P>, InvalidValue> {
@@ -218,21 +219,15 @@ impl<'a, K: Keep<'a>> Begin<'_, 'a, K> {
                 };
                 let states = starts.iter().map(state).collect::<Result<Vec<_>, _>>()?;
                 let engine = match &states[..] {
-                    [one] => DsmcEngine::setup(scene, parameters, streams)
-                        .between(boundaries)
-                        .start(one),
-                    all => DsmcEngine::setup(scene, parameters, streams)
-                        .between(boundaries)
-                        .start_sets(all),
+                    [one] => setup.start(one)?,
+                    all => setup.start_sets(all)?,
                 };
-                (engine?, false, Pending::None)
+                (engine, false, Pending::None)
             }
             StartSource::Stream(start) => {
                 let domain = domain(start.lengths(), 0.0)?;
-                let engine = DsmcEngine::setup(scene, parameters, streams)
-                    .between(boundaries)
-                    .before_start(start, domain);
-                (engine?, false, Pending::Start(start))
+                let engine = setup.before_start(start, domain)?;
+                (engine, false, Pending::Start(start))
             }
             StartSource::Checkpoint(left) => {
                 let mut kept: CheckpointContent<P, F> = postcard::from_bytes(left.checkpoint)
@@ -251,10 +246,8 @@ impl<'a, K: Keep<'a>> Begin<'_, 'a, K> {
                 };
                 // The checkpoint has the offset of the boxes.
                 let domain = domain(left.lengths, 0.0)?;
-                let engine = DsmcEngine::setup(scene, parameters, streams)
-                    .between(boundaries)
-                    .resume(domain, kept.gas);
-                (engine?, kept.follows, pending)
+                let engine = setup.resume(domain, kept.gas)?;
+                (engine, kept.follows, pending)
             }
         };
         let cells = CellSimulation::<P, F> {

@@ -28,7 +28,11 @@
   const withError = (value, error) => {
     if (!(error > 0) || !Number.isFinite(error)) return number(value);
     const decimals = Math.max(0, 1 - Math.floor(Math.log10(error)));
-    if (decimals > 7 || Math.max(Math.abs(value), error) >= 1e6) return `${number(value)} ± ${number(error, 2)}`;
+    if (decimals > 7 || Math.max(Math.abs(value), error) >= 1e6) {
+      // As many digits of the value as reach the second of the error.
+      const digits = Math.floor(Math.log10(Math.abs(value) / error)) + 2;
+      return `${number(value, Math.min(17, Math.max(5, digits)))} ± ${number(Number(error.toExponential(1)), 2)}`;
+    }
     // What is rounded to zero has no sign.
     const text = value.toFixed(decimals).replace(/^-(?=[0.]*$)/, "");
     return `${text} ± ${error.toFixed(decimals)}`.replace("-", "−");

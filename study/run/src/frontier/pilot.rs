@@ -20,7 +20,7 @@ use stosszahl_model::{Interrupt, Particles};
 use stosszahl_results::format_percent;
 
 use super::quantity::{
-    FrontierQuantity, MEASURES, QuantityKind, measured, observe, quantities, uniform_theory,
+    FrontierQuantity, QuantityKind, measured, observe, quantities, uniform_theory,
 };
 use super::setting::SIMULATORS;
 use crate::engine_run::PartError;
@@ -173,7 +173,8 @@ impl<'a> PilotSearch<'a> {
         })?;
         let mut search = Self {
             plan,
-            measures: measures(&MEASURES),
+            // The structure factor would be computed for nothing.
+            measures: measures(&["energy", "impact_parameters"]),
             stop,
             starts: Vec::new(),
             quantity,
